@@ -52,7 +52,7 @@ pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> R
     let (direct, indirect, shown) = (target(half), target(half), target(wgpu::TextureFormat::Rgba8UnormSrgb));
     let view = ViewRequest {
         surface: SurfaceSource::Given { depth: &depth, normal_roughness: &normals },
-        ..ViewRequest::of_camera(0, &camera(), SIZE, Target::Sums { direct: &direct, indirect: &indirect })
+        ..ViewRequest::of_camera(0, &camera(), SIZE, Target::Demodulated { direct: &direct, indirect: &indirect })
     };
     renderer.ready(&uploaded, &[view])?;
 

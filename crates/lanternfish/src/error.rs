@@ -104,9 +104,9 @@ pub enum RenderError {
         /// The error.
         what: String,
     },
-    /// The previous frame is recorded in the caller's commands and was neither submitted nor discarded.
+    /// The previous frame is recorded in the caller's commands and was neither submitted nor dropped.
     #[error(
-        "the previous frame was not submitted: call `Renderer::submitted` after its commands were, or `Renderer::discard` if they never will be"
+        "the previous frame was not submitted: call `Renderer::submitted` after its commands were, or drop its `PendingFrame` with them"
     )]
     NotSubmitted,
     /// The frame was replaced by a later frame, or never existed.

@@ -136,7 +136,7 @@ pub use context::ViewContext;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
-pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
+pub use renderer::{Change, FrameId, FrameMemory, FrameReport, PendingFrame, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
 #[cfg_attr(feature = "unstable", visibility::make(pub))]
 use resolution_scaling::ResolutionScaling;

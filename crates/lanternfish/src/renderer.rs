@@ -38,7 +38,7 @@ use crate::{
 
 pub use self::{
     change::Change,
-    flight::{FrameId, FrameReport},
+    flight::{FrameId, FrameReport, PendingFrame},
     report::{FrameMemory, Report},
 };
 

@@ -177,7 +177,7 @@ impl<'a> Player<'a> {
             let commands = commands.finish();
             let recorded = ms_since(started);
             self.gpu.queue.submit([commands]);
-            self.renderer.submitted(id);
+            let id = self.renderer.submitted(id);
             self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(&error))?;
             let total = ms_since(started);
             let report = std::iter::from_fn(|| self.renderer.poll()).find(|report| report.frame == id);

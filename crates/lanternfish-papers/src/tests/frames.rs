@@ -202,7 +202,8 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion() {
     let uploaded = waiting.upload(&scene).unwrap();
     let expected = waiting.render(&uploaded, camera, 48, 32).unwrap().radiance;
     let [direct, indirect] = [(); 2].map(|()| texture(gpu));
-    let view = [ViewRequest::of_camera(1, camera, [48, 32], Target::Sums { direct: &direct, indirect: &indirect })];
+    let view =
+        [ViewRequest::of_camera(1, camera, [48, 32], Target::Demodulated { direct: &direct, indirect: &indirect })];
     let mut renderer = Renderer::with_engine(waiting.engine(), settings).unwrap();
     renderer.ready(&uploaded, &view).unwrap();
     let mut commands = gpu.device.create_command_encoder(&Default::default());

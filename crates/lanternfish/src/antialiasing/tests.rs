@@ -184,7 +184,7 @@ fn gpu_recorded_frames_are_antialiased_while_they_move() {
             let mut commands = gpu.device.create_command_encoder(&Default::default());
             let id = renderer.record(&mut commands, &uploaded, &[view]).unwrap();
             gpu.queue.submit([commands.finish()]);
-            renderer.submitted(id);
+            let id = renderer.submitted(id);
             image = renderer.read(id).unwrap().remove(0).radiance.iter().map(|texel| texel[1]).collect();
             while renderer.poll().is_some() {}
         }

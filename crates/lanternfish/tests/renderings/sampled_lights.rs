@@ -250,7 +250,7 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
         });
         texture.create_view(&Default::default())
     });
-    let target = Target::Sums { direct: &direct, indirect: &indirect };
+    let target = Target::Demodulated { direct: &direct, indirect: &indirect };
     let views = [ViewRequest::of_camera(0, &scene.cameras[0], SIZE, target)];
     renderer.ready(&uploaded, &views).unwrap();
     let frame = |_| {

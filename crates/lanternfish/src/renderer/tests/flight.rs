@@ -67,7 +67,7 @@ fn frame(
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let frame = renderer.record(&mut commands, scene, views)?;
     gpu.queue.submit([commands.finish()]);
-    renderer.submitted(frame);
+    let frame = renderer.submitted(frame);
     Ok(frame)
 }
 
@@ -228,7 +228,7 @@ fn gpu_no_call_waits_for_a_busy_device() {
         let begin = std::time::Instant::now();
         gpu.queue.submit([commands.finish()]);
         let submitted = begin.elapsed();
-        renderer.submitted(first);
+        let first = renderer.submitted(first);
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let second = renderer.record(&mut commands, &uploaded, &view(1)).unwrap();
         let recorded = begin.elapsed() - submitted;
@@ -241,7 +241,7 @@ fn gpu_no_call_waits_for_a_busy_device() {
         assert!(actual[0].frame == first && actual[0].is_complete, "{actual:?}");
         assert_eq!(renderer.pool.get_mut().unwrap().waits(), waits);
         gpu.queue.submit([commands.finish()]);
-        renderer.submitted(second);
+        let second = renderer.submitted(second);
         assert!(report(gpu, &mut renderer, second).is_complete);
     }
 }
@@ -310,7 +310,12 @@ fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing() {
         let camera = camera(&scene, step % 3);
         let views = [
             ViewRequest::of_camera(1, &camera, SIZE, Target::Display(&shown, wgpu::TextureFormat::Bgra8Unorm)),
-            ViewRequest::of_camera(2, &camera, SIZE, Target::Sums { direct: &irradiance[0], indirect: &irradiance[1] }),
+            ViewRequest::of_camera(
+                2,
+                &camera,
+                SIZE,
+                Target::Demodulated { direct: &irradiance[0], indirect: &irradiance[1] },
+            ),
         ];
         if step == 0 {
             renderer.ready(&uploaded, &views).unwrap();

@@ -87,7 +87,7 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let frame = renderer.record(&mut commands, scene, &requests.collect::<Vec<_>>()).unwrap();
     gpu.queue.submit([commands.finish()]);
-    renderer.submitted(frame);
+    let frame = renderer.submitted(frame);
     renderer.read(frame).unwrap().iter().map(|rendering| color(&rendering.display)).collect()
 }
 

@@ -60,7 +60,7 @@ fn gpu_frames_with_too_many_further_probes_are_held() {
             let mut commands = gpu.device.create_command_encoder(&Default::default());
             let frame = renderer.record(&mut commands, &uploaded, &views).unwrap();
             gpu.queue.submit([commands.finish()]);
-            renderer.submitted(frame);
+            let frame = renderer.submitted(frame);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
             let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
             frames.push((report.is_complete, renderer.read(frame).unwrap().remove(0)));
