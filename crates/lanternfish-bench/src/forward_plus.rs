@@ -133,7 +133,7 @@ impl Bench<'_> {
 
     fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.args.subject.size;
-        Ok(renderer.render(uploaded, &self.subject.cameras[0], width, height)?)
+        Ok(renderer.render(uploaded, &self.subject.cameras[0], [width, height])?)
     }
 
     fn write(&self, name: &str, rendering: &RenderedImage) -> Result<(), CliError> {
@@ -231,7 +231,7 @@ impl Bench<'_> {
             self.write(&format!("normals-{name}.png"), &rendering)?;
             let error = flip_ldr(&displayed(&reference)?, &displayed(&rendering)?, PIXELS_PER_DEGREE)?;
             let file = self.run.folder.join(format!("normals-{name}-error.png"));
-            write_png(&file, rendering.width, rendering.height, ColorType::Rgb, &error.magma())?;
+            write_png(&file, [rendering.width, rendering.height], ColorType::Rgb, &error.magma())?;
             let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&rendering));
             Ok(Row::default()
                 .text("name", "", name)

@@ -17,7 +17,7 @@ pub fn rgb(rendering: &RenderedImage) -> Vec<u8> {
 
 /// Writes the display colours as a PNG file.
 pub fn write(path: &Path, rendering: &RenderedImage) -> Result<(), CliError> {
-    Ok(write_png(path, rendering.width, rendering.height, ColorType::Rgb, &rgb(rendering))?)
+    Ok(write_png(path, [rendering.width, rendering.height], ColorType::Rgb, &rgb(rendering))?)
 }
 
 /// Linear radiance of an image.

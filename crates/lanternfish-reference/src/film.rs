@@ -88,7 +88,11 @@ impl Film {
 
     /// A black film of `width` × `height` pixels without samples. Fails if either side is zero, or if the process may not allocate
     /// [`Self::BYTES_PER_PIXEL`] for each pixel.
-    pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
+    pub fn new([width, height]: [u32; 2]) -> Result<Self, ReferenceError> {
+        Self::allocated(width as usize, height as usize)
+    }
+
+    fn allocated(width: usize, height: usize) -> Result<Self, ReferenceError> {
         let film = Self::empty(width, height)?;
         let bytes = Self::BYTES_PER_PIXEL.saturating_mul(width as u64).saturating_mul(height as u64);
         Budget::of_process()
@@ -119,7 +123,7 @@ impl Film {
         variance: &[[f32; 3]],
     ) -> Result<Self, ReferenceError> {
         let height = row_samples.len();
-        let mut film = Self::new(width, height)?;
+        let mut film = Self::allocated(width, height)?;
         for list in [mean, variance] {
             if list.len() != film.pixels.len() {
                 return Err(ReferenceError::PixelCount { got: list.len(), width, height });
@@ -143,7 +147,7 @@ impl Film {
     /// A black film for the part of an image that starts at sample index `first` (from 0), for [`Film::add_next`].
     #[cfg_attr(feature = "unstable", visibility::make(pub))]
     pub(crate) fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
-        Ok(Self { first, ..Self::new(width, height)? })
+        Ok(Self { first, ..Self::allocated(width, height)? })
     }
 
     /// Restores a part of an image bit for bit after an interruption, from its [`Film::row_samples`] and [`Film::exact_sums`]. Fails if
@@ -171,7 +175,7 @@ impl Film {
         let end = self.first + self.samples();
         if self.size() != next.size() || !self.is_even() || !next.is_even() || next.first != end {
             let what = |film: &Self| {
-                let ((width, height), first) = (film.size(), film.first);
+                let ([width, height], first) = (film.size(), film.first);
                 format!("{width}×{height}, samples {first}..{}", first + film.samples())
             };
             return Err(ReferenceError::Parts { first: what(self), second: what(next) });
@@ -190,8 +194,8 @@ impl Film {
     }
 
     /// Width and height, pixels.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+    pub fn size(&self) -> [u32; 2] {
+        [self.width as u32, self.height as u32]
     }
 
     /// Number of samples per pixel; the minimum if rows differ.
@@ -264,7 +268,7 @@ mod tests {
     use super::*;
 
     fn film(samples: &[[f32; 3]]) -> Film {
-        let mut film = Film::new(1, 1).unwrap();
+        let mut film = Film::new([1, 1]).unwrap();
         samples.iter().for_each(|s| film.pixels[0].add(*s));
         film.samples = vec![samples.len() as u64];
         film
@@ -291,13 +295,13 @@ mod tests {
         let once = film(&[[1.0, 0.5, 5.0]]);
         assert_eq!(Film::resume(1, &[1], &once.mean(), &once.variance()).unwrap(), once);
         assert!(Film::resume(2, &[3], &before.mean(), &before.variance()).is_err());
-        assert!(Film::new(0, 4).is_err());
+        assert!(Film::new([0, 4]).is_err());
     }
 
     #[test]
     fn memory_of_pixels_is_checked_before_it_is_allocated() {
         for (width, height) in [(1 << 24, 1 << 24), (usize::MAX, 2)] {
-            let error = Film::new(width, height).unwrap_err();
+            let error = Film::allocated(width, height).unwrap_err();
             assert!(matches!(error, ReferenceError::ImageTooLarge(_)), "{error}");
             assert!(error.to_string().contains(&format!("{width} × {height} pixels need")), "{error}");
         }

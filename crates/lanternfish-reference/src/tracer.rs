@@ -97,7 +97,7 @@ impl<'a> Tracer<'a> {
         pause: impl Fn() -> bool + Sync,
         stop: impl Fn() -> bool + Sync,
     ) {
-        let (size, wanted, first) = (film.size(), film.samples() + samples, film.first);
+        let (size, wanted, first) = ((film.width, film.height), film.samples() + samples, film.first);
         let dropped: u64 = film
             .pixels
             .par_chunks_mut(size.0)

@@ -24,7 +24,7 @@
 //!
 //! let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
 //! let uploaded = renderer.upload(&scene)?;
-//! let image = renderer.render(&uploaded, &camera, 64, 48)?;
+//! let image = renderer.render(&uploaded, &camera, [64, 48])?;
 //!
 //! // Rows from the top: `display` is sRGB, 8 bits; `radiance` is linear, nits.
 //! assert_eq!(image.display.len(), 64 * 48);

@@ -24,7 +24,7 @@ fn gpu_a_wall_is_as_bright_as_its_normal_says() {
         let scene = wall(9.0 * right, 9.0 * normal.cross(right));
         let camera = Camera::look_at(normal, Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.02 });
         let uploaded = renderer.upload(&scene).unwrap();
-        let image = renderer.render(&uploaded, &camera, 24, 16).unwrap();
+        let image = renderer.render(&uploaded, &camera, [24, 16]).unwrap();
         for pixel in &image.radiance {
             // Half floats, of a normal in 16 bits.
             let off = (Vec4::from(*pixel).truncate() - expected).abs().max_element();

@@ -139,12 +139,12 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let bench = Bench {
         run: &run,
         depth: args.depth,
-        mono: [(&camera, width, height)],
-        stereo: eyes.each_ref().map(|eye| (eye, eye_width, height)),
+        mono: [(&camera, [width, height])],
+        stereo: eyes.each_ref().map(|eye| (eye, [eye_width, height])),
     };
     let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
-    let (schemes, schemes_left_out) = schemes::measure(&run, (&camera, width, height), &lit, args.quick)?;
+    let (schemes, schemes_left_out) = schemes::measure(&run, (&camera, [width, height]), &lit, args.quick)?;
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
 
     let mut report = Document::of_scene("Clustered light culling", &args.scene, &run.gpu, run.runs);

@@ -54,7 +54,7 @@ fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
 /// Measures every scheme and number of lights, in one view.
 pub fn measure(
     run: &Run,
-    (camera, width, height): (&Camera, u32, u32),
+    (camera, [width, height]): (&Camera, [u32; 2]),
     scenes: &[Scene],
     quick: bool,
 ) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
@@ -77,7 +77,7 @@ pub fn measure(
                 }
             }
             let uploaded = renderer.upload(scene)?;
-            let mut frame = || renderer.render(&uploaded, camera, width, height);
+            let mut frame = || renderer.render(&uploaded, camera, [width, height]);
             let mut result = || {
                 let rendering = frame()?;
                 let times = medians(run.runs, || {

@@ -121,7 +121,7 @@ impl Bench {
     }
 
     fn frame(&self, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Result<RenderedImage, CliError> {
-        Ok(renderer.render(scene, camera, self.size.width, self.size.height)?)
+        Ok(renderer.render(scene, camera, [self.size.width, self.size.height])?)
     }
 
     /// The scene with `count` lights in place of its own, whose ranges do not end, and the settings for them. All together are as bright at

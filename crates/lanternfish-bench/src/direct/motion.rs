@@ -77,7 +77,7 @@ impl Bench {
                     if frame % KEPT == 0 || (out..out + 4).contains(&frame) {
                         let path =
                             self.run.folder.join(format!("walk-{}-{frame:03}.png", name.replace([' ', ','], "-")));
-                        write_png(&path, image.width, image.height, ColorType::Rgb, &colors)?;
+                        write_png(&path, [image.width, image.height], ColorType::Rgb, &colors)?;
                     }
                 }
                 Ok::<_, CliError>(())

@@ -90,7 +90,8 @@ impl Bench<'_> {
     /// Renders an image of one frame, after a warm-up frame.
     fn rendering(&self, settings: Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);
+        let mut render =
+            || renderer.render(self.scene(Brdf::Diffuse), self.camera, [self.size.width, self.size.height]);
         render()?;
         Ok(render()?)
     }
@@ -100,7 +101,7 @@ impl Bench<'_> {
         let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         renderer.reset();
-        let view = [(self.camera, self.size.width, self.size.height)];
+        let view = [(self.camera, [self.size.width, self.size.height])];
         for _ in 0..WARM_FRAMES {
             renderer.refine(self.scene(Brdf::Diffuse), &view)?;
         }

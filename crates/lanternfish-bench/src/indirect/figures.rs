@@ -64,7 +64,7 @@ impl Bench<'_> {
     fn frame_of(&self, settings: Settings, runs: u32) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(self.scene(Brdf::Glossy), self.camera, width, height);
+        let mut frame = || renderer.render(self.scene(Brdf::Glossy), self.camera, [width, height]);
         Ok(least(runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1)
     }
 
@@ -72,7 +72,7 @@ impl Bench<'_> {
     pub fn write_linear(&self, linear: RgbImage, file: &str) -> Result<RgbImage, CliError> {
         let (bytes, displayed) = image::shown(&linear, self.look.exposure, self.look.tone_map);
         let Size { width, height } = self.size;
-        write_png(&self.run.folder.join(file), width, height, ColorType::Rgb, &bytes)?;
+        write_png(&self.run.folder.join(file), [width, height], ColorType::Rgb, &bytes)?;
         Ok(displayed)
     }
 }

@@ -211,7 +211,7 @@ impl Bench<'_> {
         let accumulate = self.converged_frames;
         let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
         let mut renderer = self.renderer(case.settings(self.look, None))?;
-        let rendering = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
+        let rendering = renderer.render(self.scene(brdf), self.camera, [self.size.width, self.size.height])?;
         if energy(&rendering) <= 0.0 {
             return Err(CliError::new(
                 "the image is black",
@@ -226,7 +226,7 @@ impl Bench<'_> {
         let (bvh, times) = self.render(case, None)?;
         let direct = Settings { indirect: technique::NO_INDIRECT, ..case.settings(self.look, None) };
         let Size { width, height } = self.size;
-        let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
+        let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, [width, height])?;
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
     }
 
@@ -246,7 +246,7 @@ impl Bench<'_> {
         let scene = self.scene(case.brdf);
         let Size { width, height } = self.size;
         if case.accumulate == 1 {
-            let mut rendering = renderer.render(scene, self.camera, width, height)?;
+            let mut rendering = renderer.render(scene, self.camera, [width, height])?;
             let passes = std::mem::take(&mut rendering.report.passes);
             return Ok((rendering, vec![passes]));
         }
@@ -254,7 +254,7 @@ impl Bench<'_> {
         renderer.reset();
         let mut frames = Vec::new();
         loop {
-            let mut rendering = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
+            let mut rendering = renderer.refine(scene, &[(self.camera, [width, height])])?.remove(0);
             frames.push(std::mem::take(&mut rendering.report.passes));
             if frames.len() == case.accumulate as usize {
                 return Ok((rendering, frames));

@@ -98,7 +98,7 @@ impl Bench<'_> {
     fn soft_image(&self, scene: &GpuScene, settings: Settings) -> Result<RenderedImage, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        Ok(renderer.render(scene, self.camera, width, height)?)
+        Ok(renderer.render(scene, self.camera, [width, height])?)
     }
 
     /// A row and its two images. `bvh`: the BVH's image, which the first row is.
@@ -111,7 +111,7 @@ impl Bench<'_> {
     ) -> Result<Row, CliError> {
         let Size { width, height } = self.size;
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
-        let mut frame = || renderer.render(scene, self.camera, width, height);
+        let mut frame = || renderer.render(scene, self.camera, [width, height]);
         let frame = least(self.run.runs, &mut frame, |frame| frame_ms(&frame.report.passes))?.1;
         let rays = counter(&frame.report, "shadows/rays");
         let passes = &frame.report.passes;

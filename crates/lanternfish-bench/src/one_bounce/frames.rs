@@ -16,7 +16,7 @@ impl Bench {
     pub fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;
-        let mut frame = |camera| renderer.render(&uploaded, camera, self.size.width, self.size.height);
+        let mut frame = |camera| renderer.render(&uploaded, camera, [self.size.width, self.size.height]);
         let mut last = frame(&self.cameras[0])?;
         for camera in &self.cameras[1..self.steps()] {
             last = frame(camera)?;
@@ -36,7 +36,7 @@ impl Bench {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let mut uploaded = renderer.upload(&self.scene)?;
         let frame = |renderer: &mut Renderer, uploaded: &GpuScene| {
-            renderer.render(uploaded, self.camera(), self.size.width, self.size.height)
+            renderer.render(uploaded, self.camera(), [self.size.width, self.size.height])
         };
         for _ in 0..before {
             frame(&mut renderer, &uploaded)?;

@@ -129,7 +129,7 @@ impl Bench {
         let Size { width, height } = size;
         for (name, ground_truth) in [("ground_truth-zero-bounces", &direct), ("ground_truth-one-bounce", &one_bounce)] {
             let bytes = shown(&ground_truth.mean, look.exposure, look.tone_map).0;
-            write_png(&run.folder.join(format!("{name}.png")), width, height, ColorType::Rgb, &bytes)?;
+            write_png(&run.folder.join(format!("{name}.png")), [width, height], ColorType::Rgb, &bytes)?;
         }
         let report = report(title, args, &run, &scene, &one_bounce, ground_truth_energy);
         let mut bench = Self {
@@ -174,7 +174,7 @@ impl Bench {
     pub fn render_scene(&self, scene: &Scene, settings: &Settings, size: Size) -> Result<Rendered, CliError> {
         let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(scene)?;
-        let frame = || renderer.render(&uploaded, self.camera(), size.width, size.height);
+        let frame = || renderer.render(&uploaded, self.camera(), [size.width, size.height]);
         // Deep images are built in the first frame only.
         let (first, rendering) = least(self.run.runs, frame, |rendering| frame_ms(&rendering.report.passes))?;
         Ok(Rendered { rendering, first: first.report.passes })
@@ -232,7 +232,7 @@ impl Bench {
         let settings = Settings { accumulate: frames, ..settings.clone() };
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let uploaded = renderer.upload(&self.scene)?;
-        Ok(renderer.render(&uploaded, self.camera(), self.size.width, self.size.height)?)
+        Ok(renderer.render(&uploaded, self.camera(), [self.size.width, self.size.height])?)
     }
 
     /// Measures the flicker of each configuration along the track, if there is one, and writes the report.

@@ -127,7 +127,7 @@ impl<'a> Walk<'a> {
         let mut renderer = Renderer::with_engine(self.engine, settings)?;
         let uploaded = renderer.upload(self.scene)?;
         let mut of_view = |camera| {
-            let rendering = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
+            let rendering = renderer.render(&uploaded, camera, [self.size.width, self.size.height])?;
             Ok(rendering.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
         };
         self.cameras.iter().map(&mut of_view).collect()

@@ -45,7 +45,7 @@ impl Bench {
                     for (words, ev) in EXPOSURES {
                         let path = self.path(&["leaks", name, case.name, words]);
                         let bytes = shown(&linear(&image)?, Exposure::Ev(ev), view.look.tone_map).0;
-                        write_png(&path, size.width, size.height, ColorType::Rgb, &bytes)?;
+                        write_png(&path, [size.width, size.height], ColorType::Rgb, &bytes)?;
                     }
                     Ok::<_, CliError>(leak(&image, &without, rooms::columns(thickness, size.width)))
                 };

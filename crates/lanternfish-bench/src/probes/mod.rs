@@ -223,7 +223,7 @@ impl Bench {
         camera: &Camera,
         size: Size,
     ) -> Result<RenderedImage, CliError> {
-        Ok(renderer.render(scene, camera, size.width, size.height)?)
+        Ok(renderer.render(scene, camera, [size.width, size.height])?)
     }
 
     /// Renders one frame with new history.

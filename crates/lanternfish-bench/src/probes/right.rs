@@ -46,7 +46,7 @@ impl Bench {
             let reference = progress.step("reference", view.name, || self.reference_of(&view))?;
             let bytes = shown(&reference.image, view.look.exposure, view.look.tone_map).0;
             let path = self.path(&["right", view.name, "reference"]);
-            write_png(&path, view.size.width, view.size.height, ColorType::Rgb, &bytes)?;
+            write_png(&path, [view.size.width, view.size.height], ColorType::Rgb, &bytes)?;
             let Reference { figures, indirect, .. } = &reference;
             let noise = figures.noise_energy * energy_of(&reference.image) / indirect;
             references.push(

@@ -128,7 +128,7 @@ impl Bench<'_> {
         let Shot { size, factor, .. } = self.shot;
         let mut timed = || {
             let started = Instant::now();
-            let rendering = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
+            let rendering = renderer.render(&uploaded, self.camera, [factor * size.width, factor * size.height])?;
             let wall_ms = 1e3 * started.elapsed().as_secs_f64();
             let passes = &rendering.report.passes;
             let ms = if passes.is_empty() { wall_ms } else { ms_of(passes, "") };
@@ -176,6 +176,6 @@ impl Bench<'_> {
     /// Writes an image of the report, with the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
         let size = self.shot.size;
-        Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
+        Ok(write_png(&self.run.folder.join(file), [size.width, size.height], ColorType::Rgb, rgb)?)
     }
 }

@@ -30,7 +30,7 @@ impl Renderer {
     pub fn render_frames(
         &mut self,
         scene: &GpuScene,
-        views: &[(&Camera, u32, u32)],
+        views: &[(&Camera, [u32; 2])],
         mut tell: impl FnMut(u32),
     ) -> Result<Vec<RenderedImage>, RenderError> {
         let views = self.views(scene, views)?;
@@ -63,7 +63,7 @@ impl Renderer {
     pub fn refine(
         &mut self,
         scene: &GpuScene,
-        views: &[(&Camera, u32, u32)],
+        views: &[(&Camera, [u32; 2])],
     ) -> Result<Vec<RenderedImage>, RenderError> {
         if self.passes.debug_views.is_some() {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);

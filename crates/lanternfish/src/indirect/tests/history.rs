@@ -62,7 +62,7 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera() {
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
+        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.into()).unwrap());
         pixels(&renderings.by_ref().last().unwrap())
     };
     let [without, with] = [History::Off, History::On].map(walked);
@@ -75,9 +75,9 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         (0..last).for_each(|step| {
-            renderer.refine(&uploaded, &[(&at(step), SIZE.x, SIZE.y)]).unwrap();
+            renderer.refine(&uploaded, &[(&at(step), SIZE.into())]).unwrap();
         });
-        let mut refine = || pixels(&renderer.refine(&uploaded, &[(&at(last), SIZE.x, SIZE.y)]).unwrap()[0]);
+        let mut refine = || pixels(&renderer.refine(&uploaded, &[(&at(last), SIZE.into())]).unwrap()[0]);
         let first = refine();
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
@@ -110,7 +110,7 @@ fn gpu_accumulation_follows_changing_light() {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, few())).unwrap();
     let mut uploaded = renderer.upload(&lit).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-        pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+        pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap())
     };
     (0..12).for_each(|_| {
         render(&mut renderer, &uploaded);
@@ -156,7 +156,7 @@ fn gpu_switched_off_lamp_leaves_no_ghost() {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, rays)).unwrap();
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-            mean(&pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap()))
+            mean(&pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap()))
         };
         (0..16).for_each(|_| {
             render(&mut renderer, &uploaded);
@@ -201,7 +201,7 @@ fn gpu_moving_surfaces_keep_their_history_without_ghosts() {
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();
-            pixels(&renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap())
+            pixels(&renderer.render(&uploaded, &camera, LARGE.into()).unwrap())
         });
         moved.last().unwrap()
     };

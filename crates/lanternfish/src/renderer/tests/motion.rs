@@ -46,7 +46,7 @@ fn is(found: [u8; 3], expected: [f32; 3]) -> bool {
 }
 
 fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3] {
-    color(&renderer.render(scene, camera, SIZE[0], SIZE[1]).unwrap().display)
+    color(&renderer.render(scene, camera, SIZE).unwrap().display)
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn gpu_no_motion_buffers_without_a_request() {
             scene.meshes[0].primitives[0].positions[0].x += 0.1;
             renderer.update(&mut uploaded, &scene).unwrap();
             renderer.move_instances(&mut uploaded, &[(0, pixels(i as f32, 0.0))]).unwrap();
-            renderer.render(&uploaded, &camera(0.0, 0.0), SIZE[0], SIZE[1]).unwrap();
+            renderer.render(&uploaded, &camera(0.0, 0.0), SIZE).unwrap();
             uploaded.kept_buffers()
         };
         assert!(frame(0).is_empty(), "no earlier frame requests motion");
