@@ -41,7 +41,7 @@ impl<'a> Tracer<'a> {
 
     /// Builds the BVH and the light tree on all cores. Fails if the scene is invalid, a setting is out of range, or memory does not suffice.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self, ReferenceError> {
-        scene.validate().map_err(|what| ReferenceError::InvalidScene { what })?;
+        scene.validate()?;
         let refused = |setting, got: String, remedy| ReferenceError::InvalidSetting { setting, got, remedy };
         if settings.max_depth == 0 {
             return Err(refused("max depth", "0".to_owned(), "1 shows emitters, 2 direct light, 3 one bounce"));

@@ -128,7 +128,8 @@ impl Camera {
     }
 
     /// Checks that the camera is valid. The error names the invalid field and the remedy.
-    pub fn validate(&self) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
         if eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST {
             let farthest = Scene::FARTHEST;

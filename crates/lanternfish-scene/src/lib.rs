@@ -36,6 +36,7 @@ mod camera;
 mod emission;
 mod environment;
 mod error;
+mod fault;
 mod framing;
 pub mod generate;
 mod import;
@@ -58,6 +59,7 @@ pub use camera::{Camera, Projection};
 use emission::mean_emission;
 pub use environment::Environment;
 pub use error::SceneError;
+pub use fault::SceneFault;
 pub use framing::Viewpoint;
 pub use import::{LoadOptions, load, load_with};
 #[cfg_attr(feature = "unstable", visibility::make(pub))]

@@ -1,6 +1,7 @@
 //! Errors of uploading a scene or rendering an image.
 
 use lanternfish_gpu::GpuError;
+use lanternfish_scene::SceneFault;
 
 /// The reason why there is no image. Messages name the cause and the remedy. Settings stand in backticks with the names of shot files:
 /// `shadows bvh`. A front end may rewrite them: the command line prints `--shadows bvh`.
@@ -76,11 +77,8 @@ pub enum RenderError {
     )]
     Unaligned,
     /// The scene is not valid.
-    #[error("the scene is not valid: {what}; fix it, then run `Scene::validate` to find the next error")]
-    InvalidScene {
-        /// The first error and its location.
-        what: String,
-    },
+    #[error("the scene is not valid: {0}; fix it, then run `Scene::validate` to find the next error")]
+    InvalidScene(#[from] SceneFault),
     /// The uploaded scene lacks data that these settings need.
     #[error("the scene was uploaded under other settings: {what}; upload it with the renderer that is to render it")]
     OtherSettings {

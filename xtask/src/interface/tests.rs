@@ -50,7 +50,7 @@ fn another_format_is_not_read() {
 #[test]
 fn an_item_that_comes_or_goes_is_a_difference() {
     let listing = Listing::of("a-b", &documentation()).unwrap();
-    let stored = page(&[listing.clone()]);
+    let stored = page(std::slice::from_ref(&listing));
     assert!(stored.contains("   4 a-b\n   4 together\n"), "{stored}");
     assert_eq!(differences(&stored, &stored), [""; 0]);
     let mut fewer = listing;

@@ -347,7 +347,7 @@ const NODES: &str = "scene/bvh_nodes";
 
 /// An error that names the first violation of the scene types' contracts.
 fn validate(scene: &Scene) -> Result<(), RenderError> {
-    scene.validate().map_err(|what| RenderError::InvalidScene { what })
+    Ok(scene.validate()?)
 }
 
 /// Lights in the layout that shaders read. An error if there are more than the device can bind.

@@ -18,7 +18,7 @@ use std::{
 };
 
 use glam::{Affine3A, UVec4};
-use lanternfish_scene::{Environment, Scene};
+use lanternfish_scene::{Environment, Scene, SceneFault};
 
 use self::outline::Outline;
 use super::{
@@ -187,7 +187,7 @@ impl Placed {
             if !transform.is_finite() || reach > Scene::FARTHEST {
                 let what =
                     format!("instance {instance}: its transform is not finite, or beyond {:e} m", Scene::FARTHEST);
-                return Err(RenderError::InvalidScene { what });
+                return Err(SceneFault::Motion { what }.into());
             }
         }
         Ok(())
