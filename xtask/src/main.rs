@@ -13,6 +13,7 @@ mod driver;
 mod hardware;
 #[cfg(test)]
 mod imports;
+mod interface;
 #[cfg(test)]
 mod links;
 mod program;
@@ -44,7 +45,9 @@ cargo xtask shader-stats [TEXT | --write | --page MESA]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
                            a version of Mesa; with TEXT, prints the variants whose names contain it
-cargo xtask check          lines by folder, format, lints, documentation, and the hot passes of shader-stats
+cargo xtask interface [--write]
+                           fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
+cargo xtask check          lines by folder, format, lints, documentation, the public interface, and the hot passes of shader-stats
 cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
                            release (cargo-semver-checks): installs neither
 cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/dist; needs cargo-zigbuild and zig
@@ -54,6 +57,9 @@ installed, as root or through sudo. --no-driver-install, with any of these, leav
 ";
 
 fn main() -> ExitCode {
+    if let Some(code) = interface::as_rustdoc() {
+        return code;
+    }
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.len();
     words.retain(|word| word != apt::NO_INSTALL);
@@ -70,6 +76,7 @@ fn main() -> ExitCode {
         "same" => same::run(&words, may_install),
         "audit" => audit::run_audit(),
         "check" => check::run(),
+        "interface" => interface::run(&words),
         "dist" => dist::run_dist(),
         "hardware" => hardware::run(),
         "help" | "--help" | "-h" => {

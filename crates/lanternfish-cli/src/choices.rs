@@ -7,7 +7,7 @@ use crate::flags::as_flags;
 
 /// Parses a value by name. Unknown names are refused with the list of valid ones.
 pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
-    names(T::all().into_iter().map(|value| (value.name(), value.words()))).map(|name| {
+    names(T::all().into_iter().map(|value| (value.name(), value.help()))).map(|name| {
         T::all().into_iter().find(|value| value.name() == name).expect("clap lets only known names through")
     })
 }

@@ -94,7 +94,7 @@ impl Output {
                 let pixels: Vec<u8> =
                     rendering.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
                 let RenderedImage { width, height, .. } = *rendering;
-                write_png_with_texts(&self.path, width, height, ColorType::Rgb, &pixels, &texts)?;
+                write_png_with_texts(&self.path, [width, height], ColorType::Rgb, &pixels, &texts)?;
             }
             Format::Exr => {
                 write_exr_with_attributes(&self.path, &radiance(rendering)?, &texts)?;

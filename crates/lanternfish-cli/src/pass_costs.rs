@@ -98,7 +98,7 @@ mod tests {
         for settings in [Settings::default(), sampled] {
             let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
             let uploaded = renderer.upload(&scene).unwrap();
-            let report = renderer.render(&uploaded, &scene.default_camera(1.0), 16, 16).unwrap().report;
+            let report = renderer.render(&uploaded, &scene.default_camera(1.0), [16, 16]).unwrap().report;
             let counter = |name: &str| report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
             let costs = pass_costs(&report.commands, counter);
             found.extend(costs.into_iter().filter(|cost| cost.rays.is_some_and(|rays| rays > 0)).map(|cost| cost.name));

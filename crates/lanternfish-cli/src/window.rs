@@ -219,7 +219,7 @@ fn free_name(ending: &str) -> PathBuf {
 /// Writes a screenshot to the current folder, under a free name.
 fn keep(pixels: &[u8], [width, height]: [u32; 2]) -> Result<String, String> {
     let path = free_name("png");
-    write_png(&path, width, height, ColorType::Rgba, pixels).map_err(|error| error.to_string())?;
+    write_png(&path, [width, height], ColorType::Rgba, pixels).map_err(|error| error.to_string())?;
     Ok(format!("{} written", path.display()))
 }
 

@@ -8,9 +8,31 @@
 //! - [`Frame`]: records the commands of a frame and times each pass. Its transient resources come from a [`Pool`].
 //! - [`primitives`]: prefix sums and sorting.
 
+#![cfg_attr(
+    not(feature = "unstable"),
+    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
+)]
+
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
+
+/// Modules of one of two lists. The name is one in which rustfmt looks for modules.
+macro_rules! cfg_if {
+    (if #[cfg($condition:meta)] { $($then:item)* } else { $($otherwise:item)* }) => {
+        $(#[cfg($condition)] $then)*
+        $(#[cfg(not($condition))] $otherwise)*
+    };
+}
+
+// The modules are public for the project's other crates alone.
+cfg_if! {
+    if #[cfg(feature = "unstable")] {
+        pub mod primitives;
+    } else {
+        mod primitives;
+    }
+}
 
 // `gpu_struct!` expands to paths that name this crate, and this crate uses it too.
 extern crate self as lanternfish_gpu;
@@ -28,7 +50,6 @@ mod frame;
 mod gpu_struct;
 mod made;
 mod pool;
-pub mod primitives;
 mod raster;
 mod reflect;
 mod shader;
@@ -38,23 +59,28 @@ mod vertex_grid;
 
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters, instance_flags};
 pub use bindings::{Bindings, BufferPart};
-pub use buffer::{
-    checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
-    texture_of, uniform_buffer_of,
-};
-pub use capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome};
+pub use buffer::{storage_buffer, storage_buffer_of, uniform_buffer_of};
 pub use compute::ComputeKernel;
-pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
-pub use edited::{ShaderTexts, read_shader_texts, shader_files};
-pub use engine::{Compilations, Engine, KeptCompiled, Requested};
+pub use engine::Engine;
 pub use error::GpuError;
-pub use frame::{Frame, PassCommands, PassProgress, PassTime, PassWatcher, Profiler, discarded, submitted};
+pub use frame::{Frame, PassCommands, PassTime};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
-pub use made::{Made, made};
-pub use pool::{BindGroups, Pool};
-pub use raster::{RasterPipeline, RasterState};
-pub use shader::{Feature, LinkedShader, ShaderLibrary, ShaderSource};
-pub use vertex_grid::drawn_subpixel_bits;
+pub use shader::{Feature, LinkedShader, ShaderSource};
+
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+use self::{
+    buffer::{checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, texture_of},
+    capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome},
+    driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa},
+    edited::{ShaderTexts, read_shader_texts, shader_files},
+    engine::{Compilations, KeptCompiled, Requested},
+    frame::{PassProgress, PassWatcher, Profiler, discarded, submitted},
+    made::{Made, made},
+    pool::{BindGroups, Pool},
+    raster::{RasterPipeline, RasterState},
+    shader::ShaderLibrary,
+    vertex_grid::drawn_subpixel_bits,
+};
 
 #[doc(hidden)]
 pub use bytemuck;

@@ -83,7 +83,8 @@ impl Feature {
 
     /// A feature that enables the `@if` of this name and makes imports from `package::chosen::PURPOSE` refer to `module` (a path, e.g.
     /// `"tiled/cell"`). `package` is the static with the module, if that is not the shader's own package.
-    pub const fn choosing(
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn choosing(
         name: &'static str,
         purpose: &'static str,
         module: &'static str,
@@ -93,12 +94,14 @@ impl Feature {
     }
 
     /// True if it selects a module.
-    pub const fn is_choice(self) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn is_choice(self) -> bool {
         self.chosen.is_some()
     }
 
     /// The name of its `@if`.
-    pub const fn name(self) -> &'static str {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn name(self) -> &'static str {
         self.name
     }
 }
@@ -244,12 +247,14 @@ impl LinkedShader {
     }
 
     /// True if it has an entry point of this name.
-    pub fn has_entry(&self, entry: &str) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn has_entry(&self, entry: &str) -> bool {
         self.module.entry_points.iter().any(|e| e.name == entry)
     }
 
     /// Locations that a vertex entry point reads.
-    pub fn vertex_locations(&self, entry: &str) -> Vec<u32> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn vertex_locations(&self, entry: &str) -> Vec<u32> {
         let location = |binding: &Option<naga::Binding>| match binding {
             Some(naga::Binding::Location { location, .. }) => Some(*location),
             _ => None,

@@ -5,6 +5,11 @@
 //! not finite. [`RelativeError`] measures the error against a ground truth where it is lit, [`fraction_differing`] compares
 //! two images that should be equal, and [`flip_ldr`] and [`flip_hdr`] measure the perceived difference.
 
+#![cfg_attr(
+    not(feature = "unstable"),
+    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
+)]
+
 mod compare;
 mod error;
 mod exr_file;
@@ -19,16 +24,24 @@ mod ssim;
 mod write_aside;
 mod z_test;
 
-pub use compare::{RelativeError, fraction_differing};
+pub use compare::RelativeError;
 pub use error::MetricsError;
-pub use exr_file::{
-    exr_layer_size, exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers,
-    write_exr_with_attributes,
-};
+pub use exr_file::{read_exr, write_exr};
 pub use flip::{Exposures, FlipMap, FlipToneMapper, HdrFlip, HdrFlipMap, PIXELS_PER_DEGREE, flip_hdr, flip_ldr};
 pub use image::RgbImage;
-pub use image_errors::{ImageErrors, RELATIVE_EPSILON, Spread};
-pub use pair::{Pair, PixelFaults};
-pub use png_file::{ColorType, read_png, read_png_texts, write_png, write_png_with_texts};
-pub use write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside};
-pub use z_test::{Z_TEST_TILE, ZTest, ZVerdict};
+pub use image_errors::ImageErrors;
+pub use pair::Pair;
+pub use png_file::{ColorType, read_png, write_png};
+
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+use self::{
+    compare::fraction_differing,
+    exr_file::{
+        exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_layers, write_exr_with_attributes,
+    },
+    image_errors::{RELATIVE_EPSILON, Spread},
+    pair::PixelFaults,
+    png_file::{read_png_texts, write_png_with_texts},
+    write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside},
+    z_test::{Z_TEST_TILE, ZTest, ZVerdict},
+};

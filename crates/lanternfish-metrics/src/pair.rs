@@ -96,17 +96,20 @@ impl Pair {
     }
 
     /// True for each pixel that is finite in both images; one value per pixel, rows from the top.
-    pub fn is_compared(&self) -> &[bool] {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn is_compared(&self) -> &[bool] {
         &self.is_compared
     }
 
     /// Number of compared pixels.
-    pub fn compared_count(&self) -> usize {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn compared_count(&self) -> usize {
         self.compared_count
     }
 
     /// Counts of invalid pixels in the image and in the reference.
-    pub fn faults(&self) -> [PixelFaults; 2] {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn faults(&self) -> [PixelFaults; 2] {
         self.faults
     }
 
@@ -117,7 +120,8 @@ impl Pair {
     }
 
     /// Display values of a pair of linear images: scaled by 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
-    pub fn shown(&self, exposure: f32) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn shown(&self, exposure: f32) -> Self {
         let scale = exposure.exp2();
         let shown = |image: &RgbImage| RgbImage {
             pixels: image.pixels.iter().map(|pixel| pixel.map(|v| srgb_from_linear(v * scale))).collect(),
@@ -165,12 +169,14 @@ impl Pair {
     }
 
     /// The mean of a map of this pair over the compared pixels.
-    pub fn mean_of(&self, map: &FlipMap) -> f64 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn mean_of(&self, map: &FlipMap) -> f64 {
         map.errors.iter().map(|e| f64::from(*e)).sum::<f64>() / self.compared_count as f64
     }
 
     /// The mean, the 95th percentile and the largest error of a map of this pair, over the compared pixels.
-    pub fn spread_of(&self, map: &FlipMap) -> Spread {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn spread_of(&self, map: &FlipMap) -> Spread {
         let errors = map.errors.iter().zip(&self.is_compared).filter(|(_, is_compared)| **is_compared);
         Spread::of(errors.map(|(error, _)| f64::from(*error)))
     }
@@ -179,7 +185,8 @@ impl Pair {
     ///
     /// Each variance is that of the *pixel's mean*: the variance of its samples over their number. An image without
     /// variances counts as exact. An error if both are missing, or if a size differs.
-    pub fn z_test(
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn z_test(
         &self,
         image_variance: Option<&RgbImage>,
         reference_variance: Option<&RgbImage>,

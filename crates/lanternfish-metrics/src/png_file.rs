@@ -22,7 +22,8 @@ pub enum ColorType {
 
 impl ColorType {
     /// Bytes per pixel.
-    pub const fn bytes(self) -> usize {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn bytes(self) -> usize {
         match self {
             Self::Rgb => 3,
             Self::Rgba => 4,
@@ -30,17 +31,16 @@ impl ColorType {
     }
 }
 
-/// Writes sRGB-encoded 8-bit pixels, rows from the top. The write is atomic.
-pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels: &[u8]) -> Result<(), MetricsError> {
-    write_png_with_texts(path, width, height, color, pixels, &[])
+/// Writes sRGB-encoded 8-bit pixels, rows from the top. `size`: width and height, pixels. The write is atomic.
+pub fn write_png(path: &Path, size: [u32; 2], color: ColorType, pixels: &[u8]) -> Result<(), MetricsError> {
+    write_png_with_texts(path, size, color, pixels, &[])
 }
 
 /// As [`write_png`], with texts by keyword, before the pixels. A keyword has 1 to 79 ASCII letters; `Software` is one
 /// of the format's own. Equal content gives equal bytes.
 pub fn write_png_with_texts(
     path: &Path,
-    width: u32,
-    height: u32,
+    [width, height]: [u32; 2],
     color: ColorType,
     pixels: &[u8],
     texts: &[(&str, &str)],
@@ -135,7 +135,7 @@ mod tests {
         let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
             let pixels: Vec<u8> = (0..7 * 5 * color.bytes()).map(|i| (i * 37) as u8).collect();
-            write_png(&path, 7, 5, color, &pixels).unwrap();
+            write_png(&path, [7, 5], color, &pixels).unwrap();
             let read = image::open(&path).unwrap();
             assert_eq!((read.width(), read.height()), (7, 5));
             assert_eq!(read.as_bytes(), pixels);
@@ -159,7 +159,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (plain, path) = (folder.path().join("plain.png"), folder.path().join("image.png"));
         let pixels: Vec<u8> = (0..7 * 5 * 3).map(|i| (i * 37) as u8).collect();
-        write_png(&plain, 7, 5, ColorType::Rgb, &pixels).unwrap();
+        write_png(&plain, [7, 5], ColorType::Rgb, &pixels).unwrap();
         let plain = std::fs::read(&plain).unwrap();
         // What another encoder makes of these pixels.
         let mut other = Vec::new();
@@ -168,7 +168,7 @@ mod tests {
         assert!(plain == other);
 
         let texts = [("Software", "lanternfish 1"), ("lanternfish.a", "größe\n"), ("lanternfish.b", "")];
-        write_png_with_texts(&path, 7, 5, ColorType::Rgb, &pixels, &texts).unwrap();
+        write_png_with_texts(&path, [7, 5], ColorType::Rgb, &pixels, &texts).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         let found = chunks(&bytes);
         assert_eq!(found[1], (&b"tEXt"[..], &b"Software\0lanternfish 1"[..]));
@@ -181,7 +181,7 @@ mod tests {
         let read = read_png_texts(&path).unwrap();
         assert_eq!(read, texts.map(|(name, text)| (name.to_owned(), text.to_owned())).into());
         for wrong in [("", "x"), ("größe", "x"), (&*"x".repeat(80), "x"), ("a", "x\0y")] {
-            let error = write_png_with_texts(&path, 7, 5, ColorType::Rgb, &pixels, &[wrong]).unwrap_err();
+            let error = write_png_with_texts(&path, [7, 5], ColorType::Rgb, &pixels, &[wrong]).unwrap_err();
             assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
         }
         assert!(std::fs::read(&path).unwrap() == bytes, "what is refused is not written");
@@ -192,7 +192,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         assert!(matches!(
-            write_png(&path, 7, 5, ColorType::Rgba, &[0; 7 * 5 * 3]),
+            write_png(&path, [7, 5], ColorType::Rgba, &[0; 7 * 5 * 3]),
             Err(MetricsError::PixelCount { got: 105, expected: 140 })
         ));
         assert!(!path.exists());
@@ -204,7 +204,7 @@ mod tests {
         let path = folder.path().join("image.png");
         for color in [ColorType::Rgb, ColorType::Rgba] {
             let pixels: Vec<u8> = (0..7 * 5 * color.bytes()).map(|i| (i * 37) as u8).collect();
-            write_png(&path, 7, 5, color, &pixels).unwrap();
+            write_png(&path, [7, 5], color, &pixels).unwrap();
             let read = read_png(&path).unwrap();
             assert_eq!((read.width, read.height), (7, 5));
             for (read, bytes) in read.pixels.iter().zip(pixels.chunks(color.bytes())) {
@@ -221,7 +221,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         assert!(matches!(read_png(&path), Err(MetricsError::Io { .. })));
-        write_png(&path, 40, 40, ColorType::Rgb, &[77; 4800]).unwrap();
+        write_png(&path, [40, 40], ColorType::Rgb, &[77; 4800]).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for broken in [&b"this is no image"[..], b"", &bytes[..bytes.len() / 2]] {
             std::fs::write(&path, broken).unwrap();

@@ -113,7 +113,7 @@ fn main() {
             100.0 * other
         );
     }
-    let mut film = Film::new(256, 256).expect("a size");
+    let mut film = Film::new([256, 256]).expect("a size");
     let started = Instant::now();
     tracer.render(&camera, &mut film, 4);
     let rate = 4.0 * 256.0 * 256.0 / started.elapsed().as_secs_f64();

@@ -5,11 +5,8 @@
 #[non_exhaustive]
 pub enum ReferenceError {
     /// The scene is invalid.
-    #[error("the scene is invalid: {what}")]
-    InvalidScene {
-        /// The first fault.
-        what: String,
-    },
+    #[error("the scene is invalid: {0}")]
+    InvalidScene(#[from] lanternfish_scene::SceneFault),
     /// Not enough memory, or above the memory limit.
     #[error(transparent)]
     TooMuch(#[from] lanternfish_limits::memory::TooMuch),

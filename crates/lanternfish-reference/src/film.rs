@@ -83,11 +83,16 @@ pub struct Noise {
 
 impl Film {
     /// Memory of a pixel, bytes.
-    pub const BYTES_PER_PIXEL: u64 = size_of::<Sums>() as u64;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const BYTES_PER_PIXEL: u64 = size_of::<Sums>() as u64;
 
     /// A black film of `width` × `height` pixels without samples. Fails if either side is zero, or if the process may not allocate
     /// [`Self::BYTES_PER_PIXEL`] for each pixel.
-    pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
+    pub fn new([width, height]: [u32; 2]) -> Result<Self, ReferenceError> {
+        Self::allocated(width as usize, height as usize)
+    }
+
+    fn allocated(width: usize, height: usize) -> Result<Self, ReferenceError> {
         let film = Self::empty(width, height)?;
         let bytes = Self::BYTES_PER_PIXEL.saturating_mul(width as u64).saturating_mul(height as u64);
         Budget::of_process()
@@ -110,14 +115,15 @@ impl Film {
 
     /// Restores a film after an interruption, from its [`Film::row_samples`], [`Film::mean`] and [`Film::variance`]. The sums equal the
     /// original ones up to rounding to 32 bits. Fails if a list does not have one entry per pixel.
-    pub fn resume(
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn resume(
         width: usize,
         row_samples: &[u64],
         mean: &[[f32; 3]],
         variance: &[[f32; 3]],
     ) -> Result<Self, ReferenceError> {
         let height = row_samples.len();
-        let mut film = Self::new(width, height)?;
+        let mut film = Self::allocated(width, height)?;
         for list in [mean, variance] {
             if list.len() != film.pixels.len() {
                 return Err(ReferenceError::PixelCount { got: list.len(), width, height });
@@ -139,13 +145,15 @@ impl Film {
     }
 
     /// A black film for the part of an image that starts at sample index `first` (from 0), for [`Film::add_next`].
-    pub fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
-        Ok(Self { first, ..Self::new(width, height)? })
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
+        Ok(Self { first, ..Self::allocated(width, height)? })
     }
 
     /// Restores a part of an image bit for bit after an interruption, from its [`Film::row_samples`] and [`Film::exact_sums`]. Fails if
     /// `sums` does not have one entry per pixel.
-    pub fn resume_part(
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn resume_part(
         width: usize,
         row_samples: &[u64],
         first: u64,
@@ -162,11 +170,12 @@ impl Film {
 
     /// Adds the next part of the image. The sum of the parts equals an image traced at once, bit for bit. Fails, without a change, if sizes
     /// differ, if rows of either film differ in their number of samples, or if `next` does not begin where this film ends.
-    pub fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
         let end = self.first + self.samples();
         if self.size() != next.size() || !self.is_even() || !next.is_even() || next.first != end {
             let what = |film: &Self| {
-                let ((width, height), first) = (film.size(), film.first);
+                let ([width, height], first) = (film.size(), film.first);
                 format!("{width}×{height}, samples {first}..{}", first + film.samples())
             };
             return Err(ReferenceError::Parts { first: what(self), second: what(next) });
@@ -179,13 +188,14 @@ impl Film {
 
     /// Sums of each pixel's samples, and of their squares, by channel, rows from the top, in the film's internal steps. For
     /// [`Film::resume_part`].
-    pub fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
         self.pixels.iter().map(|sums| [sums.value, sums.square])
     }
 
     /// Width and height, pixels.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+    pub fn size(&self) -> [u32; 2] {
+        [self.width as u32, self.height as u32]
     }
 
     /// Number of samples per pixel; the minimum if rows differ.
@@ -194,12 +204,14 @@ impl Film {
     }
 
     /// Number of samples per pixel of each row. Rows differ if [`crate::Tracer::render_unless`] was stopped.
-    pub fn row_samples(&self) -> &[u64] {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn row_samples(&self) -> &[u64] {
         &self.samples
     }
 
     /// True if all rows have the same number of samples.
-    pub fn is_even(&self) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn is_even(&self) -> bool {
         self.samples.iter().all(|samples| *samples == self.samples[0])
     }
 
@@ -209,7 +221,8 @@ impl Film {
     }
 
     /// Number of samples that were not finite and count as black. Anything but zero indicates a fault of the scene or of the tracer.
-    pub fn dropped(&self) -> u64 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn dropped(&self) -> u64 {
         self.dropped
     }
 
@@ -219,7 +232,8 @@ impl Film {
     }
 
     /// Unbiased variance of each value of [`Film::mean`], estimated from its samples; infinite below two samples.
-    pub fn variance(&self) -> Vec<[f32; 3]> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn variance(&self) -> Vec<[f32; 3]> {
         self.sums().map(|(sums, samples)| sums.variance(samples).map(|v| v as f32)).collect()
     }
 
@@ -254,7 +268,7 @@ mod tests {
     use super::*;
 
     fn film(samples: &[[f32; 3]]) -> Film {
-        let mut film = Film::new(1, 1).unwrap();
+        let mut film = Film::new([1, 1]).unwrap();
         samples.iter().for_each(|s| film.pixels[0].add(*s));
         film.samples = vec![samples.len() as u64];
         film
@@ -281,13 +295,13 @@ mod tests {
         let once = film(&[[1.0, 0.5, 5.0]]);
         assert_eq!(Film::resume(1, &[1], &once.mean(), &once.variance()).unwrap(), once);
         assert!(Film::resume(2, &[3], &before.mean(), &before.variance()).is_err());
-        assert!(Film::new(0, 4).is_err());
+        assert!(Film::new([0, 4]).is_err());
     }
 
     #[test]
     fn memory_of_pixels_is_checked_before_it_is_allocated() {
         for (width, height) in [(1 << 24, 1 << 24), (usize::MAX, 2)] {
-            let error = Film::new(width, height).unwrap_err();
+            let error = Film::allocated(width, height).unwrap_err();
             assert!(matches!(error, ReferenceError::ImageTooLarge(_)), "{error}");
             assert!(error.to_string().contains(&format!("{width} × {height} pixels need")), "{error}");
         }

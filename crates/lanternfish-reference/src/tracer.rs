@@ -33,7 +33,8 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     /// Returns an error if the process may not allocate what tracing a valid scene needs, as [`Self::new`] does. Takes time linear in
     /// primitives and instances.
-    pub fn check_memory(scene: &Scene) -> Result<(), ReferenceError> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn check_memory(scene: &Scene) -> Result<(), ReferenceError> {
         let placed = scene.triangle_counts().1 as u64;
         let needed = placed.saturating_mul(World::BYTES_PER_TRIANGLE);
         Ok(Budget::of_process().check(needed, || format!("{placed} placed triangles need"))?)
@@ -41,7 +42,7 @@ impl<'a> Tracer<'a> {
 
     /// Builds the BVH and the light tree on all cores. Fails if the scene is invalid, a setting is out of range, or memory does not suffice.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self, ReferenceError> {
-        scene.validate().map_err(|what| ReferenceError::InvalidScene { what })?;
+        scene.validate()?;
         let refused = |setting, got: String, remedy| ReferenceError::InvalidSetting { setting, got, remedy };
         if settings.max_depth == 0 {
             return Err(refused("max depth", "0".to_owned(), "1 shows emitters, 2 direct light, 3 one bounce"));
@@ -97,7 +98,7 @@ impl<'a> Tracer<'a> {
         pause: impl Fn() -> bool + Sync,
         stop: impl Fn() -> bool + Sync,
     ) {
-        let (size, wanted, first) = (film.size(), film.samples() + samples, film.first);
+        let (size, wanted, first) = ((film.width, film.height), film.samples() + samples, film.first);
         let dropped: u64 = film
             .pixels
             .par_chunks_mut(size.0)
@@ -150,7 +151,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// Coverage of an image: 1 for pixels with a surface at their centre, 0 for the environment. Rows from the top.
-    pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
         let covered = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let (origin, direction) = camera::ray(camera, x, y, width, height);
@@ -161,7 +163,8 @@ impl<'a> Tracer<'a> {
 
     /// Distance to the nearest surface along a ray (`direction` of unit length), m. Holes of alpha masks are skipped; transparent surfaces
     /// count if their alpha exceeds a fixed random number per triangle. `None` if there is no surface.
-    pub fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
         self.world.closest(origin, direction, Faces::All, 0).map(|hit| hit.distance)
     }
 

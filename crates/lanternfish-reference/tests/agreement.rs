@@ -104,7 +104,7 @@ impl Reference {
 
     fn render(&self, samples: u64) -> Film {
         let tracer = Tracer::new(&self.scene, self.settings.clone()).expect("the scene is valid");
-        let mut film = Film::new(self.image.width, self.image.height).expect("a size");
+        let mut film = Film::new([self.image.width, self.image.height].map(|side| side as u32)).expect("a size");
         tracer.render(&self.camera, &mut film, samples);
         assert_eq!(film.dropped(), 0, "samples that are not finite");
         if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {

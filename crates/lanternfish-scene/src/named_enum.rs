@@ -7,7 +7,7 @@ pub trait Named: Copy + Send + Sync + 'static {
     /// The name of a variant, in flags, files and reports.
     fn name(self) -> &'static str;
     /// One line of help text on a variant; empty if no front end offers it.
-    fn words(self) -> &'static str;
+    fn help(self) -> &'static str;
 }
 
 /// A setting that front ends write and read as text, in flags, shots and reports.
@@ -74,7 +74,7 @@ impl<T: Named> Setting for Option<T> {
         Ok(())
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let all = T::all().into_iter().map(|value| (value.name(), value.words()));
+        let all = T::all().into_iter().map(|value| (value.name(), value.help()));
         std::iter::once(("none", "Not set")).chain(all).collect()
     }
 }
@@ -91,16 +91,6 @@ macro_rules! named_enum {
         impl $name {
             /// Every variant, in the order in which help lists them.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
-
-            /// The name that [`FromStr`](std::str::FromStr) reads.
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $text),+ }
-            }
-
-            /// One line of help text.
-            pub const fn words(self) -> &'static str {
-                match self { $(Self::$variant => concat!($($meaning)?)),+ }
-            }
         }
 
         impl $crate::Named for $name {
@@ -108,10 +98,10 @@ macro_rules! named_enum {
                 Self::ALL.to_vec()
             }
             fn name(self) -> &'static str {
-                Self::name(self)
+                match self { $(Self::$variant => $text),+ }
             }
-            fn words(self) -> &'static str {
-                Self::words(self)
+            fn help(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($meaning)?)),+ }
             }
         }
 
@@ -131,7 +121,7 @@ macro_rules! named_type_impls {
             fn name(self) -> &'static str {
                 self.name()
             }
-            fn words(self) -> &'static str {
+            fn help(self) -> &'static str {
                 self.words()
             }
         }
@@ -147,28 +137,31 @@ macro_rules! named_enum_impls {
     ($name:ident) => {
         impl $crate::Setting for $name {
             fn text(&self) -> Option<String> {
-                Some(self.name().to_owned())
+                Some($crate::Named::name(*self).to_owned())
             }
             fn read(&mut self, text: &str) -> Result<(), String> {
                 *self = text.parse()?;
                 Ok(())
             }
             fn names(&self) -> Vec<(&'static str, &'static str)> {
-                <Self as $crate::Named>::all().into_iter().map(|v| (v.name(), $crate::Named::words(v))).collect()
+                <Self as $crate::Named>::all()
+                    .into_iter()
+                    .map(|v| ($crate::Named::name(v), $crate::Named::help(v)))
+                    .collect()
             }
         }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(self.name())
+                f.write_str($crate::Named::name(*self))
             }
         }
 
         impl std::str::FromStr for $name {
             type Err = String;
             fn from_str(text: &str) -> Result<Self, String> {
-                <Self as $crate::Named>::all().into_iter().find(|v| v.name() == text).ok_or_else(|| {
-                    let names: Vec<_> = <Self as $crate::Named>::all().into_iter().map(|v| v.name()).collect();
+                <Self as $crate::Named>::all().into_iter().find(|v| $crate::Named::name(*v) == text).ok_or_else(|| {
+                    let names: Vec<_> = <Self as $crate::Named>::all().into_iter().map($crate::Named::name).collect();
                     format!("expected one of {}", names.join(", "))
                 })
             }

@@ -88,7 +88,8 @@ impl Setting for Coefficients {
 
 impl Coefficients {
     /// True if they are at least 0 and finite, and not all 0.
-    pub fn is_valid(&self) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn is_valid(&self) -> bool {
         self.0.iter().all(|c| *c >= 0.0 && c.is_finite()) && self.0.iter().any(|c| *c > 0.0)
     }
 }
@@ -152,7 +153,8 @@ impl Light {
     /// The light's range, m: the stated range, or else the distance at which the inverse square of the brightest channel falls to
     /// `threshold`, cd/m², > 0 [Elagabani2025, eq. 4.1]; for a disk or rectangle along its axis. [`UNBOUNDED`] for directional lights and
     /// under `physical` attenuation.
-    pub fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
         if self.kind == LightKind::Directional {
             return UNBOUNDED;
         }
@@ -173,7 +175,7 @@ mod tests {
     #[test]
     fn names_are_read_back_and_others_are_refused_with_the_list() {
         for attenuation in Attenuation::ALL {
-            assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
+            assert_eq!(attenuation.to_string().parse::<Attenuation>(), Ok(*attenuation));
         }
         assert!("16px".parse::<Materials>().unwrap_err().contains("file, lambert"));
         let coefficients = Coefficients([0.5, 0.0, 2.25]);

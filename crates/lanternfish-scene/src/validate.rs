@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{Light, LightKind, Material, Primitive, Scene};
+use crate::{Light, LightKind, Material, Primitive, Scene, SceneFault};
 
 /// Tolerance of unit lengths: two orders of magnitude above the error of normalising in f32, and below visible errors of shading.
 pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
@@ -10,31 +10,32 @@ pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 impl Scene {
     /// Maximum distance of surfaces, lights and cameras from the origin, along each axis, m. Products of three such lengths,
     /// such as volumes, are finite floats.
-    pub const FARTHEST: f32 = 1e12;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const FARTHEST: f32 = 1e12;
 
     /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range. Takes
     /// time linear in the vertices.
-    pub fn check_reach(&self) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn check_reach(&self) -> Result<(), SceneFault> {
         let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
-        let fault = |what: &str, i: usize, name: &str, p: glam::Vec3| {
-            let farthest = p.abs().max_element();
-            Err(format!("{what} {i} ({name}): {farthest:e} m from the origin, farther than {:e} m", Self::FARTHEST))
+        let fault = |p: glam::Vec3| {
+            format!("{:e} m from the origin, farther than {:e} m", p.abs().max_element(), Self::FARTHEST)
         };
         let boxes = self.boxes();
-        for (i, instance) in self.instances.iter().enumerate() {
+        for (index, instance) in self.instances.iter().enumerate() {
             for bounds in boxes[instance.mesh].iter().filter(|bounds| !bounds.is_empty()) {
                 // Checks each corner, since the box of NaN corners would be empty.
                 let corners = bounds.corners().map(|corner| instance.world_from_object.transform_point3(corner));
                 if let Some(corner) = corners.into_iter().find(|corner| !within(*corner)) {
-                    return fault("instance", i, &instance.name, corner);
+                    return Err(SceneFault::Instance { index, name: instance.name.clone(), what: fault(corner) });
                 }
             }
         }
-        if let Some((i, light)) = self.lights.iter().enumerate().find(|(_, light)| !within(light.position)) {
-            return fault("light", i, &light.name, light.position);
+        if let Some((index, light)) = self.lights.iter().enumerate().find(|(_, light)| !within(light.position)) {
+            return Err(SceneFault::Light { index, name: light.name.clone(), what: fault(light.position) });
         }
-        if let Some((i, camera)) = self.cameras.iter().enumerate().find(|(_, camera)| !within(camera.eye())) {
-            return fault("camera", i, &camera.name, camera.eye());
+        if let Some((index, camera)) = self.cameras.iter().enumerate().find(|(_, camera)| !within(camera.eye())) {
+            return Err(SceneFault::Camera { index, name: camera.name.clone(), what: fault(camera.eye()) });
         }
         Ok(())
     }
@@ -42,15 +43,15 @@ impl Scene {
     /// Checks that every index, length and unit vector is as the types document, and that everything is within
     /// [`Scene::FARTHEST`]. The error gives the first fault and its location. Takes time linear in the scene. Not checked: that
     /// surfaces are closed, and that windings agree with normals (see [`Primitive::winding_faults`]).
-    pub fn validate(&self) -> Result<(), String> {
-        for (i, mesh) in self.meshes.iter().enumerate() {
-            for (j, primitive) in mesh.primitives.iter().enumerate() {
-                let fault = |what| format!("mesh {i} ({}), primitive {j}: {what}", mesh.name);
-                primitive.validate(self.materials.len()).map_err(fault)?;
+    pub fn validate(&self) -> Result<(), SceneFault> {
+        for (index, mesh) in self.meshes.iter().enumerate() {
+            for (primitive, content) in mesh.primitives.iter().enumerate() {
+                let fault = |what| SceneFault::Mesh { index, name: mesh.name.clone(), primitive, what };
+                content.validate(self.materials.len()).map_err(fault)?;
             }
         }
-        for (i, instance) in self.instances.iter().enumerate() {
-            let fault = |what| Err(format!("instance {i} ({}): {what}", instance.name));
+        for (index, instance) in self.instances.iter().enumerate() {
+            let fault = |what| Err(SceneFault::Instance { index, name: instance.name.clone(), what });
             if instance.mesh >= self.meshes.len() {
                 return fault(format!("mesh {} of {}", instance.mesh, self.meshes.len()));
             }
@@ -58,52 +59,54 @@ impl Scene {
                 return fault("its transform is not finite".to_owned());
             }
         }
-        for (i, material) in self.materials.iter().enumerate() {
-            material
-                .validate(self.textures.len())
-                .map_err(|what| format!("material {i} ({}): {what}", material.name))?;
+        for (index, material) in self.materials.iter().enumerate() {
+            let fault = |what| SceneFault::Material { index, name: material.name.clone(), what };
+            material.validate(self.textures.len()).map_err(fault)?;
         }
         self.validate_textures()?;
         self.validate_lights()?;
         self.validate_cameras()?;
-        self.motion.validate(self)?;
+        self.motion.validate(self).map_err(|what| SceneFault::Motion { what })?;
         self.check_reach()?;
         if !self.sky.is_finite() || self.sky.min_element() < 0.0 {
-            return Err(format!("sky: {} is not a radiance", self.sky));
+            return Err(SceneFault::Sky { what: format!("{} is not a radiance", self.sky) });
         }
         if let Some(environment) = &self.environment {
-            environment.validate().map_err(|what| format!("environment: {what}"))?;
+            environment.validate().map_err(|what| SceneFault::Environment { what })?;
         }
         Ok(())
     }
 
-    fn validate_textures(&self) -> Result<(), String> {
-        for (i, texture) in self.textures.iter().enumerate() {
+    fn validate_textures(&self) -> Result<(), SceneFault> {
+        for (index, texture) in self.textures.iter().enumerate() {
             if texture.image >= self.images.len() || texture.sampler >= self.samplers.len() {
                 let (images, samplers) = (self.images.len(), self.samplers.len());
-                return Err(format!("texture {i}: {texture:?} with {images} images, {samplers} samplers"));
+                let what = format!("{texture:?} with {images} images, {samplers} samplers");
+                return Err(SceneFault::Texture { index, what });
             }
         }
-        for (i, image) in self.images.iter().enumerate() {
+        for (index, image) in self.images.iter().enumerate() {
             let (bytes, expected) = (image.rgba.len(), 4 * image.width as usize * image.height as usize);
             if expected == 0 || bytes != expected {
-                let (name, width, height) = (&image.name, image.width, image.height);
-                return Err(format!("image {i} ({name}): {bytes} bytes for {width} × {height} pixels"));
+                let what = format!("{bytes} bytes for {} × {} pixels", image.width, image.height);
+                return Err(SceneFault::Image { index, name: image.name.clone(), what });
             }
         }
         Ok(())
     }
 
-    fn validate_lights(&self) -> Result<(), String> {
-        for (i, light) in self.lights.iter().enumerate() {
-            light.validate().map_err(|what| format!("light {i} ({}): {what}", light.name))?;
+    fn validate_lights(&self) -> Result<(), SceneFault> {
+        for (index, light) in self.lights.iter().enumerate() {
+            let fault = |what: &str| SceneFault::Light { index, name: light.name.clone(), what: what.to_owned() };
+            light.validate().map_err(fault)?;
         }
         Ok(())
     }
 
-    fn validate_cameras(&self) -> Result<(), String> {
-        for (i, camera) in self.cameras.iter().enumerate() {
-            camera.validate().map_err(|what| format!("camera {i} ({}): {what}", camera.name))?;
+    fn validate_cameras(&self) -> Result<(), SceneFault> {
+        for (index, camera) in self.cameras.iter().enumerate() {
+            let fault = |what| SceneFault::Camera { index, name: camera.name.clone(), what };
+            camera.validate().map_err(fault)?;
         }
         Ok(())
     }
@@ -111,7 +114,8 @@ impl Scene {
 
 impl Light {
     /// Checks that the light is as the type documents; the error is the first fault.
-    pub fn validate(&self) -> Result<(), &'static str> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn validate(&self) -> Result<(), &'static str> {
         if !self.position.is_finite() {
             return Err("its position is not finite");
         }
@@ -155,7 +159,8 @@ fn area_fault(light: &Light) -> Option<&'static str> {
 impl Primitive {
     /// Number of triangles that face away from the mean of their vertex normals: clockwise instead of counter-clockwise.
     /// Zero for generated scenes; imported files may have some.
-    pub fn winding_faults(&self) -> usize {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn winding_faults(&self) -> usize {
         let is_flipped = |t: &&[u32]| {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
             let p = &self.positions;
@@ -209,7 +214,8 @@ impl Primitive {
 
 impl Material {
     /// Checks that the material is as the type documents, in a scene with `texture_count` textures; the error is the first fault.
-    pub fn validate(&self, texture_count: usize) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn validate(&self, texture_count: usize) -> Result<(), String> {
         let textures = [
             self.base_color_texture,
             self.metallic_roughness_texture,
@@ -309,7 +315,7 @@ mod tests {
     fn fault(damage: impl Fn(&mut Scene)) -> String {
         let mut scene = triangle();
         damage(&mut scene);
-        scene.validate().expect_err("the damage is not detected")
+        scene.validate().expect_err("the damage is not detected").to_string()
     }
 
     #[test]

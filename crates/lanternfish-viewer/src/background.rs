@@ -280,12 +280,10 @@ impl Worker {
             match order.take() {
                 None => {}
                 Some(Order::Forget) => return Some(Order::Forget),
-                Some(Order::RenderedImage { number, camera, size, .. }) => {
-                    match Film::new(size.x as usize, size.y as usize) {
-                        Ok(film) => rendering = Some(RenderedImage { number, camera, film, reported: None }),
-                        Err(error) => self.send(Report::Failed(error.to_string())),
-                    }
-                }
+                Some(Order::RenderedImage { number, camera, size, .. }) => match Film::new(size.into()) {
+                    Ok(film) => rendering = Some(RenderedImage { number, camera, film, reported: None }),
+                    Err(error) => self.send(Report::Failed(error.to_string())),
+                },
                 Some(Order::Pixel { camera, at, size, .. }) => {
                     let place = tracer.probe(&camera, at, size.as_usizevec2().to_array());
                     let (lights, light_count) =
@@ -333,10 +331,9 @@ impl Worker {
         if samples == 0 || !rendering.film.is_even() || is_soon {
             return;
         }
-        let (width, height) = rendering.film.size();
         let rgb = display::encoded(&rendering.film.mean(), look.ev, look.tone_map);
         let bytes = rgb.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
-        let size = UVec2::new(width as u32, height as u32);
+        let size = UVec2::from(rendering.film.size());
         rendering.reported = Some(Instant::now());
         self.send(Report::RenderedImage(Traced { number: rendering.number, bytes, size, samples }));
     }

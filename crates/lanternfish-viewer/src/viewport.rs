@@ -7,7 +7,8 @@ use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{
-    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
+    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, PendingFrame, RenderError, Renderer, Settings, Target,
+    ViewRequest,
     light_culling::{clustered::GridContents, tiled::TileContents},
     techniques::{HitLight, Probes, Sampled},
 };
@@ -51,6 +52,8 @@ pub struct Viewport {
     /// Number of frames submitted so far.
     drawn: u64,
     in_flight: Option<(FrameId, Instant)>,
+    /// The frame in flight until all of its commands are submitted.
+    pending: Option<PendingFrame>,
     /// Command buffers of the frame in flight that were not submitted.
     slices: Slices,
     /// True if slow frames are submitted in slices ([`Self::submit`]); otherwise [`Self::draw`] submits all of a frame.
@@ -129,6 +132,7 @@ impl Viewport {
             averaged,
             drawn,
             in_flight,
+            pending: None,
             slices: Slices::default(),
             slices_frames: false,
             last_ms: None,
@@ -374,7 +378,8 @@ impl Viewport {
         let continues = self.averaged.1.as_ref() == Some(camera);
         self.averaged = (if continues { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
-        self.in_flight = Some((frame, begun));
+        self.in_flight = Some((frame.id(), begun));
+        self.pending = Some(frame);
         // A driver may wait in `submit` for the submission before, and the window with it: the frame of the other side.
         if !is_sliced && !self.paints_apart() {
             self.flush();
@@ -384,7 +389,7 @@ impl Viewport {
 
     fn restart(&mut self) {
         self.averaged = (0, None);
-        self.in_flight = None;
+        (self.in_flight, self.pending) = (None, None);
         self.shown.forget();
     }
 }

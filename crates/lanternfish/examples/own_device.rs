@@ -29,12 +29,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
     let uploaded = renderer.upload(&scene)?;
-    let rendering = renderer.render(&uploaded, &camera, WIDTH, HEIGHT)?;
+    let rendering = renderer.render(&uploaded, &camera, [WIDTH, HEIGHT])?;
 
     for (name, count) in &rendering.report.counters {
         println!("{name:<32} {count:>10}");
     }
-    write_png(&path, WIDTH, HEIGHT, ColorType::Rgba, rendering.display.as_flattened())?;
+    write_png(&path, [WIDTH, HEIGHT], ColorType::Rgba, rendering.display.as_flattened())?;
     println!("{}", path.display());
     Ok(())
 }

@@ -29,7 +29,7 @@ fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).map_or("own_g_buffer.png".into(), PathBuf::from);
     let (device, queue) = open()?;
     let rendering = draw(&device, &queue, settings())?;
-    write_png(&path, SIZE[0], SIZE[1], ColorType::Rgba, rendering.as_flattened())?;
+    write_png(&path, SIZE, ColorType::Rgba, rendering.as_flattened())?;
     println!("{}", path.display());
     Ok(())
 }
@@ -52,7 +52,7 @@ pub fn draw(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> R
     let (direct, indirect, shown) = (target(half), target(half), target(wgpu::TextureFormat::Rgba8UnormSrgb));
     let view = ViewRequest {
         surface: SurfaceSource::Given { depth: &depth, normal_roughness: &normals },
-        ..ViewRequest::of_camera(0, &camera(), SIZE, Target::Sums { direct: &direct, indirect: &indirect })
+        ..ViewRequest::of_camera(0, &camera(), SIZE, Target::Demodulated { direct: &direct, indirect: &indirect })
     };
     renderer.ready(&uploaded, &[view])?;
 

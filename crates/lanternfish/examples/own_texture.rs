@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).map_or("own_texture.png".into(), PathBuf::from);
     let (device, queue) = open()?;
     let rendering = draw(&device, &queue, Settings::default())?;
-    write_png(&path, SIZE[0], SIZE[1], ColorType::Rgba, rendering.as_flattened())?;
+    write_png(&path, SIZE, ColorType::Rgba, rendering.as_flattened())?;
     println!("{}", path.display());
     Ok(())
 }

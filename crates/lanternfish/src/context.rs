@@ -38,9 +38,9 @@ impl<'a> FrameContext<'a> {
         self.requests.get(slot).map_or(ViewKey::Slot(slot), |request| ViewKey::Key(request.key))
     }
 
-    /// True if the view's light is written as demodulated irradiance ([`Target::Sums`]) and not shaded.
-    pub(crate) fn is_summed(&self, slot: usize) -> bool {
-        matches!(self.target(slot), Some((_, Target::Sums { .. })))
+    /// True if the view's light is written as demodulated irradiance ([`Target::Demodulated`]) and not shaded.
+    pub(crate) fn is_demodulated(&self, slot: usize) -> bool {
+        matches!(self.target(slot), Some((_, Target::Demodulated { .. })))
     }
 }
 
@@ -70,7 +70,8 @@ pub struct ViewContext<'a> {
 
 impl<'a> ViewContext<'a> {
     /// The context with this single-sampled surface in place of the view's.
-    pub fn showing(&self, surface: &Surface) -> ViewContext<'a> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn showing(&self, surface: &Surface) -> ViewContext<'a> {
         ViewContext {
             scene: self.scene,
             key: self.key,

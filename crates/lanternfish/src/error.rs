@@ -1,6 +1,7 @@
 //! Errors of uploading a scene or rendering an image.
 
 use lanternfish_gpu::GpuError;
+use lanternfish_scene::SceneFault;
 
 /// The reason why there is no image. Messages name the cause and the remedy. Settings stand in backticks with the names of shot files:
 /// `shadows bvh`. A front end may rewrite them: the command line prints `--shadows bvh`.
@@ -76,11 +77,8 @@ pub enum RenderError {
     )]
     Unaligned,
     /// The scene is not valid.
-    #[error("the scene is not valid: {what}; fix it, then run `Scene::validate` to find the next error")]
-    InvalidScene {
-        /// The first error and its location.
-        what: String,
-    },
+    #[error("the scene is not valid: {0}; fix it, then run `Scene::validate` to find the next error")]
+    InvalidScene(#[from] SceneFault),
     /// The uploaded scene lacks data that these settings need.
     #[error("the scene was uploaded under other settings: {what}; upload it with the renderer that is to render it")]
     OtherSettings {
@@ -104,9 +102,9 @@ pub enum RenderError {
         /// The error.
         what: String,
     },
-    /// The previous frame is recorded in the caller's commands and was neither submitted nor discarded.
+    /// The previous frame is recorded in the caller's commands and was neither submitted nor dropped.
     #[error(
-        "the previous frame was not submitted: call `Renderer::submitted` after its commands were, or `Renderer::discard` if they never will be"
+        "the previous frame was not submitted: call `Renderer::submitted` after its commands were, or drop its `PendingFrame` with them"
     )]
     NotSubmitted,
     /// The frame was replaced by a later frame, or never existed.

@@ -192,7 +192,7 @@ impl Passes {
         for (slot, (((view, lights), transparent_lights), arriving)) in
             views.iter().zip(lights).zip(transparent_lights).zip(arriving).enumerate()
         {
-            if context.is_summed(slot) {
+            if context.is_demodulated(slot) {
                 results.push(self.sum(frame, view, lights, arriving)?);
                 continue;
             }
@@ -223,7 +223,7 @@ impl Passes {
             if context.is_averaged {
                 antialiasing.forget();
             }
-            let smoothed = |slot: &usize| !context.is_averaged && !context.is_summed(*slot);
+            let smoothed = |slot: &usize| !context.is_averaged && !context.is_demodulated(*slot);
             for slot in (0..views.len()).filter(smoothed) {
                 let radiance = &results[slot].radiance;
                 let image = antialiasing.record(frame, &views[slot], radiance)?;
@@ -231,7 +231,8 @@ impl Passes {
             }
         }
         // One exposure for all views: a stereo pair needs equal brightness.
-        let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Sums { .. })));
+        let is_shown =
+            |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Demodulated { .. })));
         let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
         let renderings: Vec<_> = shown.map(|(_, shaded)| shaded.rendering()).collect();
         if self.debug_views.is_none() && !renderings.is_empty() {
@@ -257,8 +258,8 @@ impl Passes {
         let FrameContext { scene, views, is_averaged, requests } = *context;
         let (key, mut view) = (context.key(slot), views[slot]);
         let rotation = rotation_of(&view, is_averaged);
-        let is_summed = context.is_summed(slot);
-        let before = self.shown.as_mut().filter(|_| !is_summed);
+        let is_demodulated = context.is_demodulated(slot);
+        let before = self.shown.as_mut().filter(|_| !is_demodulated);
         let before = before.map(|shown| shown.follow(frame, scene, &view, key)).transpose()?;
         // Without a history, a mean depends on no earlier image.
         if let Some(before) = before.as_ref().filter(|before| !is_averaged || before.keeps_history()) {
@@ -270,7 +271,7 @@ impl Passes {
         }
         let buffer = view.record(frame);
         let draws = scene.visible_draws(&view);
-        if is_summed {
+        if is_demodulated {
             let surface = match requests[slot].surface {
                 SurfaceSource::Own => self.irradiance.prepass.record(frame, scene, &draws, &buffer, view.size, None)?,
                 SurfaceSource::Given { depth, normal_roughness } => {
@@ -329,7 +330,7 @@ impl Passes {
                 self.present.copy(frame, shaded.rendering(), to)?;
                 Ok(None)
             }
-            Some((_, Target::Sums { direct, indirect })) => {
+            Some((_, Target::Demodulated { direct, indirect })) => {
                 self.present.copy(frame, &shaded.radiance.target, direct)?;
                 if let Some(light) = &shaded.indirect_light {
                     self.present.copy(frame, light, indirect)?;

@@ -24,7 +24,7 @@
 //!
 //! let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
 //! let uploaded = renderer.upload(&scene)?;
-//! let image = renderer.render(&uploaded, &camera, 64, 48)?;
+//! let image = renderer.render(&uploaded, &camera, [64, 48])?;
 //!
 //! // Rows from the top: `display` is sRGB, 8 bits; `radiance` is linear, nits.
 //! assert_eq!(image.display.len(), 64 * 48);
@@ -55,48 +55,90 @@
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
 //! unless the radiance cache is full (`Sampled::cache_entries`).
 
+#![cfg_attr(
+    not(feature = "unstable"),
+    allow(dead_code, private_bounds, private_interfaces, unused_imports, reason = "the feature makes the rest public")
+)]
+
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-pub mod antialiasing;
-pub mod common;
+#[macro_use]
+mod cfg_if;
+
+// The modules are public for the project's other crates alone.
+cfg_if! {
+    if #[cfg(feature = "unstable")] {
+        pub mod antialiasing;
+        pub mod common;
+        pub mod debug_views;
+        pub mod direct_light;
+        pub mod environment_light;
+        pub mod gpu_scene;
+        pub mod indirect;
+        pub mod light_culling;
+        pub mod lights;
+        pub mod occlusion;
+        pub mod output;
+        pub mod prepass;
+        pub mod progressive;
+        pub mod rays;
+        pub mod shaders;
+        pub mod shading;
+        pub mod shadows;
+        pub mod sky;
+        pub mod texture;
+        pub mod view;
+    } else {
+        mod antialiasing;
+        mod common;
+        mod debug_views;
+        mod direct_light;
+        mod environment_light;
+        mod gpu_scene;
+        mod indirect;
+        mod light_culling;
+        mod lights;
+        mod occlusion;
+        mod output;
+        mod prepass;
+        mod progressive;
+        mod rays;
+        mod shaders;
+        mod shading;
+        mod shadows;
+        mod sky;
+        mod texture;
+        mod view;
+    }
+}
+
 mod context;
-pub mod debug_views;
-pub mod direct_light;
-pub mod environment_light;
 mod error;
 mod frame;
-pub mod gpu_scene;
-pub mod indirect;
-pub mod light_culling;
-pub mod lights;
-pub mod occlusion;
-pub mod output;
-pub mod prepass;
-pub mod progressive;
-
-pub mod rays;
 mod renderer;
 mod request;
 mod resolution_scaling;
 pub mod settings;
-pub mod shaders;
-pub mod shading;
-pub mod shadows;
-pub mod sky;
 pub mod technique;
 pub mod techniques;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
-pub mod texture;
-pub mod view;
 
 pub use context::ViewContext;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
-pub use renderer::{Change, FrameId, FrameMemory, FrameReport, RenderedImage, Renderer, Report};
+pub use renderer::{Change, FrameId, FrameMemory, FrameReport, PendingFrame, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
-pub use resolution_scaling::ResolutionScaling;
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;
+
+// What a technique of indirect light is made of.
+pub use indirect::{DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, layers_target};
+pub use prepass::Surface;
+pub use rays::Tracer;
+pub use shaders::{Package, Root, Shaders};
+pub use view::ViewBuffer;

@@ -38,7 +38,7 @@ use crate::{
 
 pub use self::{
     change::Change,
-    flight::{FrameId, FrameReport},
+    flight::{FrameId, FrameReport, PendingFrame},
     report::{FrameMemory, Report},
 };
 
@@ -95,7 +95,8 @@ pub struct RenderedImage {
 
 impl RenderedImage {
     /// Memory of a pixel while an image is read back, bytes: its radiance, as halves before, and its display colour.
-    pub const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
 }
 
 impl Renderer {
@@ -160,7 +161,8 @@ impl Renderer {
 
     /// Calls `watcher` before each pass of a blocking frame ([`Self::render`] and similar functions), for progress bars.
     /// The host then waits for every pass, which costs time on a graphics card. Images do not change.
-    pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
     }
 
@@ -176,33 +178,26 @@ impl Renderer {
         FrameMemory { bytes: pool.bytes(), device_bytes, lists: pool.capacities() }
     }
 
-    /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result.
-    pub fn render(
-        &mut self,
-        scene: &GpuScene,
-        camera: &Camera,
-        width: u32,
-        height: u32,
-    ) -> Result<RenderedImage, RenderError> {
-        Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
+    /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result. `size`: width and height, pixels.
+    pub fn render(&mut self, scene: &GpuScene, camera: &Camera, size: [u32; 2]) -> Result<RenderedImage, RenderError> {
+        Ok(self.render_views(scene, &[(camera, size)])?.remove(0))
     }
 
-    /// Renders several views of a scene at once: cameras with the width and height of their images. Views may share light culling
+    /// Renders several views of a scene at once: cameras with the sizes of their images. Views may share light culling
     /// ([`crate::light_culling::clustered::Grouping`]); the first report has the times of all passes and the shared counters. Each image is
     /// the mean of [`Settings::accumulate`] frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
-        views: &[(&Camera, u32, u32)],
+        views: &[(&Camera, [u32; 2])],
     ) -> Result<Vec<RenderedImage>, RenderError> {
         self.render_frames(scene, views, |_| ())
     }
 
-    pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<View>, RenderError> {
+    pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, [u32; 2])]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let limit = self.device.limits().max_texture_dimension_2d;
-        let view = |(camera, width, height): &(&Camera, u32, u32)| {
-            let (width, height) = (*width, *height);
+        let view = |&(camera, [width, height]): &(&Camera, [u32; 2])| {
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
                 return Err(RenderError::Size { width, height, limit });
             }

@@ -30,7 +30,7 @@ pub enum SurfaceSource<'a> {
     /// The scene, rasterized by the renderer.
     #[default]
     Own,
-    /// A G-buffer of the caller, for [`Target::Sums`]. The scene still casts shadows and indirect light onto these surfaces. Textures have
+    /// A G-buffer of the caller, for [`Target::Demodulated`]. The scene still casts shadows and indirect light onto these surfaces. Textures have
     /// the size of the view, one sample per pixel and the usage `TEXTURE_BINDING`.
     Given {
         /// Depth in the convention of [`ViewRequest::clip_from_view`], 0 where there is no surface. A depth format, viewed with the depth
@@ -59,7 +59,7 @@ pub enum Target<'a> {
     /// linear Rec. 709, nits. Multiplied by an albedo it gives diffuse radiance. Emission, highlights, transparent surfaces and the sky are
     /// left to the program. Alpha is 1 where there is a surface. Needs one sample per pixel, `accumulate 1` and no debug view. An
     /// incomplete frame leaves the textures unchanged.
-    Sums {
+    Demodulated {
         /// Shadowed direct light of the listed lights.
         direct: &'a wgpu::TextureView,
         /// Light from other surfaces and from the environment, as estimated by [`crate::indirect::Indirect`] and
@@ -97,7 +97,7 @@ impl<'a> ViewRequest<'a> {
             Target::Own => Ok(()),
             Target::Display(to, format) => self.check_target(to, format, features),
             Target::Radiance(to) => self.check_target(to, to.texture().format(), features),
-            Target::Sums { direct, indirect } => {
+            Target::Demodulated { direct, indirect } => {
                 self.check_target(direct, direct.texture().format(), features)?;
                 self.check_target(indirect, indirect.texture().format(), features)
             }
@@ -106,8 +106,8 @@ impl<'a> ViewRequest<'a> {
 
     fn check_surface(&self, features: wgpu::Features) -> Result<(), RenderError> {
         let SurfaceSource::Given { depth, normal_roughness } = self.surface else { return Ok(()) };
-        if !matches!(self.target, Target::Sums { .. }) {
-            let what = "a G-buffer of the caller needs the target `Target::Sums`".to_owned();
+        if !matches!(self.target, Target::Demodulated { .. }) {
+            let what = "a G-buffer of the caller needs the target `Target::Demodulated`".to_owned();
             return Err(RenderError::Target { key: self.key, what });
         }
         for (name, view, is_depth) in [("depth", depth, true), ("normal_roughness", normal_roughness, false)] {

@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn names_are_parsed_and_others_are_rejected_with_the_list() {
         for attenuation in Attenuation::ALL {
-            assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
+            assert_eq!(attenuation.to_string().parse::<Attenuation>(), Ok(*attenuation));
         }
         // Two values of one name could not be told apart.
         for shadows in Shadows::all() {

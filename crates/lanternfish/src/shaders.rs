@@ -90,12 +90,14 @@ impl Root {
     }
 
     /// A file with the feature sets that a function returns.
-    pub const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
         Self { module, variants: Variants::Computed(variants) }
     }
 
     /// A file whose folder computes its feature set from the settings.
-    pub const fn by_settings(module: &'static str) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn by_settings(module: &'static str) -> Self {
         Self { module, variants: Variants::BySettings }
     }
 
@@ -120,12 +122,14 @@ impl Package {
     }
 
     /// The shader files.
-    pub const fn sources(&self) -> &'static [ShaderSource] {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn sources(&self) -> &'static [ShaderSource] {
         self.0.sources()
     }
 
     /// The linker's library of all files of the package.
-    pub const fn library(&self) -> &ShaderLibrary {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn library(&self) -> &ShaderLibrary {
         &self.0
     }
 }

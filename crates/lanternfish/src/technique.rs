@@ -56,7 +56,8 @@ pub struct ParameterInfo {
 
 impl ParameterInfo {
     /// A parameter without a default in help.
-    pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
         Self { name, value, range, help, shows_default: false }
     }
 }
@@ -103,6 +104,7 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// [`Technique::SUMMARY`].
     fn summary(&self) -> &'static str;
     /// [`Technique::SHADERS`].
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn shaders(&self) -> Shaders;
     /// The parameters, each with the names and meanings of its type, if it has names.
     fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)>;
@@ -111,10 +113,13 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// Sets a parameter from text, or returns the expected values. Does nothing if the technique has no such parameter.
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
     /// True if the other is the same technique with the same parameters.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn is_same(&self, other: &dyn Any) -> bool;
     /// Access for downcasts.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn as_any(&self) -> &dyn Any;
     /// Mutable access for downcasts.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -160,7 +165,8 @@ impl<T: Technique> AnyTechnique for T {
 }
 
 /// A kind of technique: implemented for `dyn` of its trait.
-pub trait Kind: AnyTechnique {
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+pub(crate) trait Kind: AnyTechnique {
     /// The flag.
     const FLAG: &'static str;
     /// The purpose of the flag: a summary, then paragraphs for long help.
@@ -174,13 +180,14 @@ pub trait Kind: AnyTechnique {
     /// True if the default technique does not depend on other settings.
     const HAS_ONE_DEFAULT: bool = true;
     /// The default technique.
-    fn usual() -> Choice<Self>;
+    fn default_choice() -> Choice<Self>;
     /// The registered techniques of this kind.
     fn registry() -> &'static Registry<Self>;
 }
 
 /// The registered techniques of a kind.
-pub struct Registry<K: ?Sized> {
+#[cfg_attr(feature = "unstable", visibility::make(pub))]
+pub(crate) struct Registry<K: ?Sized> {
     own: fn() -> Vec<Choice<K>>,
     added: RwLock<Vec<Choice<K>>>,
 }
@@ -249,7 +256,8 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
 
 impl<K: Kind + ?Sized> Choice<K> {
     /// [`Kind::FLAG`].
-    pub const FLAG: &'static str = K::FLAG;
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const FLAG: &'static str = K::FLAG;
 
     /// The name of the technique, or the kind's name for none.
     pub fn name(&self) -> &'static str {
@@ -283,7 +291,7 @@ impl<K: Kind + ?Sized> Choice<K> {
 
 impl<K: Kind + ?Sized> Default for Choice<K> {
     fn default() -> Self {
-        K::usual()
+        K::default_choice()
     }
 }
 

@@ -31,7 +31,7 @@ impl Kind for dyn CullingTechnique {
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "Every light for every pixel: the baseline";
 
-    fn usual() -> Choice<Self> {
+    fn default_choice() -> Choice<Self> {
         Clustered::default().into()
     }
 
@@ -51,7 +51,7 @@ impl Kind for dyn DirectTechnique {
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "A shadow ray to every listed light of a pixel: the baseline";
 
-    fn usual() -> Choice<Self> {
+    fn default_choice() -> Choice<Self> {
         Choice::NONE
     }
 
@@ -64,7 +64,8 @@ impl Kind for dyn DirectTechnique {
 
 impl Direct {
     /// A fixed number of shadow rays a pixel, for any number of lights.
-    pub fn sampled() -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn sampled() -> Self {
         SampledLights::default().into()
     }
 }
@@ -78,7 +79,7 @@ impl Kind for dyn IndirectTechnique {
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "Direct light only";
 
-    fn usual() -> Choice<Self> {
+    fn default_choice() -> Choice<Self> {
         Sampled::default().into()
     }
 
@@ -91,7 +92,8 @@ impl Kind for dyn IndirectTechnique {
 
 impl Indirect {
     /// The technique of a quality.
-    pub fn preset(quality: Quality) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn preset(quality: Quality) -> Self {
         match quality {
             Quality::Draft => Probes::of(quality).into(),
             Quality::Good | Quality::Best => quality.sampled().into(),
@@ -107,7 +109,7 @@ impl Kind for dyn OcclusionTechnique {
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "No ambient visibility: the environment lights nothing";
 
-    fn usual() -> Choice<Self> {
+    fn default_choice() -> Choice<Self> {
         Choice::NONE
     }
 

@@ -5,11 +5,8 @@
 //! [`Settings::indirect`](lanternfish::Settings::indirect) itself need not register it.
 
 use lanternfish::{
-    RenderError, Settings, ViewContext,
-    indirect::{DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, layers_target},
-    prepass::Surface,
-    rays::Tracer,
-    shaders::{Package, Root, Shaders},
+    DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, Package, RenderError, Root, Settings, Shaders,
+    Surface, Tracer, ViewContext, layers_target,
     technique::{Parameter, Range, Technique},
 };
 use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};

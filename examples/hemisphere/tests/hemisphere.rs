@@ -10,9 +10,7 @@ use std::{
 };
 
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish::{
-    Renderer, Settings, indirect::Indirect, settings::Materials, shaders, technique::Technique as _, techniques,
-};
+use lanternfish::{Indirect, Renderer, Root, Settings, settings::Materials, technique::Technique as _, techniques};
 use lanternfish_gpu::{check_layout, testing};
 use lanternfish_hemisphere::{Hemisphere, HemisphereParameters};
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
@@ -28,7 +26,7 @@ fn gpu_a_wall_is_as_bright_as_its_normal_says(gpu: &Gpu) {
         let scene = wall(9.0 * right, 9.0 * normal.cross(right));
         let camera = Camera::look_at(normal, Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.02 });
         let uploaded = renderer.upload(&scene).unwrap();
-        let image = renderer.render(&uploaded, &camera, 24, 16).unwrap();
+        let image = renderer.render(&uploaded, &camera, [24, 16]).unwrap();
         for pixel in &image.radiance {
             // Half floats, of a normal in 16 bits.
             let off = (Vec4::from(*pixel).truncate() - expected).abs().max_element();
@@ -48,8 +46,7 @@ fn it_is_known_by_name_once_it_is_registered() {
     assert_eq!(chosen.get::<Hemisphere>(), Some(&Hemisphere { ground: 0.7, ..Hemisphere::default() }));
     assert!(chosen.technique_mut().unwrap().set("hemisphere-sky", "bright").is_err());
     assert_ne!(chosen, Indirect::named("hemisphere").unwrap());
-    let roots =
-        techniques::shaders().into_iter().flat_map(|folder| folder.roots).map(|root: &shaders::Root| root.module);
+    let roots = techniques::shaders().into_iter().flat_map(|folder| folder.roots).map(|root: &Root| root.module);
     assert_eq!(roots.filter(|module| *module == "hemisphere/find").count(), 1);
     let shader = Hemisphere::SHADERS.link("hemisphere/find", &[]).unwrap();
     assert_eq!(check_layout::<HemisphereParameters>(&shader), Ok(()));

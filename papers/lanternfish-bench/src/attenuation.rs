@@ -50,7 +50,7 @@ fn plot() -> String {
         // Up to the range, and from it on: some end in an edge.
         let before = range.next_down();
         Curve {
-            name: if intensity == INTENSITY { attenuation.name().to_owned() } else { String::new() },
+            name: if intensity == INTENSITY { attenuation.to_string() } else { String::new() },
             color: COLORS[i],
             // Equals the glTF function and is drawn over it.
             dashed: *attenuation == Attenuation::PhysicalReduced2,

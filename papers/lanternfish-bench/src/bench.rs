@@ -70,7 +70,7 @@ pub struct Stage {
 impl Stage {
     /// Renders a frame of the view.
     pub fn frame(&mut self, view: &View) -> Result<RenderedImage, RenderError> {
-        self.renderer.render(&self.scene, &view.camera, view.size.width, view.size.height)
+        self.renderer.render(&self.scene, &view.camera, [view.size.width, view.size.height])
     }
 
     /// Updates the scene on the device.
@@ -237,7 +237,7 @@ impl Bench {
 
     /// Writes RGB bytes as an image; `name` becomes the file's name.
     pub fn write_rgb(&self, name: &str, [width, height]: [u32; 2], rgb: &[u8]) -> Result<(), CliError> {
-        Ok(write_png(&self.path(name), width, height, ColorType::Rgb, rgb)?)
+        Ok(write_png(&self.path(name), [width, height], ColorType::Rgb, rgb)?)
     }
 
     /// Writes linear radiance as it is displayed with the look of `settings`, and returns the display colours, 0..=1.

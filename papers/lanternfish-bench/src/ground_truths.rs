@@ -330,7 +330,7 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
     };
     let second_half = layers.second_half(spp);
     let figures = GroundTruthFigures {
-        name: ground_truth.name(),
+        name: lanternfish_scene::Named::name(ground_truth),
         meaning: ground_truth.making().meaning,
         file,
         rendering: format!("renderings/{name}-ground_truth-{ground_truth}.png"),

@@ -38,8 +38,8 @@ impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
 impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let name = matches.get_one::<String>(K::FLAG);
-        let choice =
-            name.map_or_else(K::usual, |name| Choice::named(name).expect("clap lets only known names through"));
+        let choice = name
+            .map_or_else(K::default_choice, |name| Choice::named(name).expect("clap lets only known names through"));
         Ok(Self { choice, is_given: name.is_some() })
     }
 

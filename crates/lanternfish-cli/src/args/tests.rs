@@ -37,7 +37,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
     assert_eq!(parsed(&[]).unwrap().settings(), Settings { structure, ..Settings::default() });
     assert_eq!(parsed(&["--indirect", "none"]).unwrap().settings(), Settings::direct_light());
     for preset in Preset::ALL {
-        let flags = ["--quality", preset.name()];
+        let flags = ["--quality", lanternfish_scene::Named::name(*preset)];
         let structure = DeepImageSettings::of_quality(preset.quality()).chosen();
         assert_eq!(parsed(&flags).unwrap().settings(), Settings { structure, ..Settings::of_preset(*preset) });
     }

@@ -48,5 +48,5 @@ fn image_panel(shown: &Pair, rendering: &RgbImage) -> Vec<[u8; 3]> {
 fn write(path: &Path, width: usize, height: usize, bytes: &[u8]) -> Result<(), CliError> {
     // File formats limit each side to 31 bits.
     let side = |pixels: usize| u32::try_from(pixels).expect("three images fit");
-    Ok(write_png(path, side(width), side(height), ColorType::Rgb, bytes)?)
+    Ok(write_png(path, [side(width), side(height)], ColorType::Rgb, bytes)?)
 }

@@ -204,7 +204,7 @@ impl Bench {
             let scene = subject.posed();
             let tracer = Tracer::new(&scene, reference.settings(settings))?;
             let [width, height] = subject.size.map(|edge| edge as usize);
-            let mut film = Film::new(width, height)?;
+            let mut film = Film::new(subject.size)?;
             tracer.render(&subject.camera, &mut film, reference.samples());
             self.references.insert((name, reference), RgbImage::new(width, height, film.mean())?);
         }
@@ -258,7 +258,7 @@ pub fn keys(count: u32) -> Vec<(u32, u32)> {
 
 fn render(renderer: &mut Renderer, scene: &GpuScene, subject: &Subject) -> Result<RenderedImage, Fault> {
     let [width, height] = subject.size.map(|edge| edge * Subject::FACTOR);
-    Ok(renderer.render(scene, &subject.camera, width, height)?)
+    Ok(renderer.render(scene, &subject.camera, [width, height])?)
 }
 
 /// Counts the pixels that differ in any bit.
@@ -308,7 +308,7 @@ impl Shown {
             }
         }
         let [width, height] = [2 * SCALE * width, SCALE * height].map(|edge| edge as u32);
-        Ok(write_png(file, width, height, ColorType::Rgb, &rgb)?)
+        Ok(write_png(file, [width, height], ColorType::Rgb, &rgb)?)
     }
 }
 

@@ -98,7 +98,7 @@ pub fn frame(
         let uploaded = renderer.upload(scene)?;
         let runs = repeated(bench, || {
             let started = Instant::now();
-            let rendering = renderer.render(&uploaded, &camera, width, height)?;
+            let rendering = renderer.render(&uploaded, &camera, [width, height])?;
             let wall = 1e3 * started.elapsed().as_secs_f64();
             let Report { passes, commands: of_frame, counters: counts, .. } = rendering.report;
             (commands, counters) = (of_frame, counts);

@@ -127,8 +127,8 @@ impl Target {
 
     /// Writes the film to the files, each completely or not at all. `dropped` counts samples of the film and of earlier runs.
     pub fn write(&self, film: &Film, making: &Making, dropped: u64, look: &Look) -> Result<(), CliError> {
-        let (width, height) = film.size();
-        let image = |pixels| RgbImage::new(width, height, pixels);
+        let size = film.size();
+        let image = |pixels| RgbImage::new(size[0] as usize, size[1] as usize, pixels);
         let mean = film.mean();
         let variance = if self.is_png && self.variance.is_none() { Vec::new() } else { film.variance() };
 
@@ -153,8 +153,7 @@ impl Target {
             variance
         };
         if self.is_png {
-            let side = |pixels: usize| u32::try_from(pixels).expect("sides were given as u32");
-            write_png(&self.path, side(width), side(height), ColorType::Rgb, &look.bytes(&mean))?;
+            write_png(&self.path, size, ColorType::Rgb, &look.bytes(&mean))?;
         } else {
             let (mean, variance) = (image(mean)?, image(shown)?);
             let sums = if making.part.is_some() { sums::layers(film)? } else { Vec::new() };

@@ -19,7 +19,7 @@ pub const LAYER_COUNT: u64 = (NAMES.len() * LAYERS) as u64;
 
 /// The film's sums as named images.
 pub fn layers(film: &Film) -> Result<Vec<(String, RgbImage)>, MetricsError> {
-    let (width, height) = film.size();
+    let [width, height] = film.size().map(|side| side as usize);
     let mut layers = Vec::new();
     for (kind, name) in NAMES.into_iter().enumerate() {
         for layer in 0..LAYERS {

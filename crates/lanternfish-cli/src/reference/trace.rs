@@ -150,8 +150,8 @@ fn left(film: &Film, goal: &Goal, added: u64, seconds: f64) -> (Option<f64>, f64
 }
 
 fn pixel_count(film: &Film) -> f64 {
-    let (width, height) = film.size();
-    (width * height) as f64
+    let [width, height] = film.size().map(f64::from);
+    width * height
 }
 
 /// Prints the estimated duration if no bar is visible. Returns true if the estimate is known.

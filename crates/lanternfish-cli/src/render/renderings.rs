@@ -248,7 +248,7 @@ impl<'a> RenderedImages<'a> {
         let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
-        let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
+        let views: Vec<_> = cameras.iter().map(|camera| (camera, [size.width, size.height])).collect();
         let shown = Arc::new(ShownFrames::new(progress.bar(), self.renderer.settings().accumulate));
         if self.renderer.engine().device.adapter_info().device_type == wgpu::DeviceType::Cpu {
             let shown = Arc::clone(&shown);

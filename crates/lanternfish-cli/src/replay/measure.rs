@@ -110,7 +110,7 @@ impl<'a> Player<'a> {
                 bar.show_left(frame as f64 / all as f64, format!("counting: frame {frame} of {all}"));
                 self.bring(frame)?;
                 let (cameras, size) = (self.plan.cameras(frame)?, self.plan.size);
-                let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
+                let views: Vec<_> = cameras.iter().map(|camera| (camera, [size.width, size.height])).collect();
                 let renderings = self.renderer.render_views(&self.uploaded, &views)?;
                 Ok(Counted::of(&renderings, &self.renderer.cluster_contents()?))
             };
@@ -177,7 +177,7 @@ impl<'a> Player<'a> {
             let commands = commands.finish();
             let recorded = ms_since(started);
             self.gpu.queue.submit([commands]);
-            self.renderer.submitted(id);
+            let id = self.renderer.submitted(id);
             self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(&error))?;
             let total = ms_since(started);
             let report = std::iter::from_fn(|| self.renderer.poll()).find(|report| report.frame == id);

@@ -83,7 +83,7 @@ fn images_are_as_large_as_memory_allows() {
 
     // Two images that can be read but not compared: 331 MB and 1.2 GB.
     let path = folder.path().join("both.png");
-    write_png(&path, 3500, 3500, ColorType::Rgb, &vec![0; 3 * 3500 * 3500]).unwrap();
+    write_png(&path, [3500, 3500], ColorType::Rgb, &vec![0; 3 * 3500 * 3500]).unwrap();
     assert_refused(&mut run(&["both.png", "both.png"]), &["comparing the images needs 1.2 GB", "--memory-limit"]);
 
     fs::write(folder.path().join("wide.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4096 +X 8192\n").unwrap();

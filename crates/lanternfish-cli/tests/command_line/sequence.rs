@@ -168,7 +168,7 @@ fn gpu_a_file_says_how_many_frames_of_history_it_has() {
         assert!(said.lines().any(|line| line == "lanternfish.history-frames  1"), "{said}");
         assert!(said.starts_with("Software ") && said.lines().count() == 6, "{said}");
     }
-    write_png(&path("plain.png"), 1, 1, ColorType::Rgb, &[7; 3]).unwrap();
+    write_png(&path("plain.png"), [1, 1], ColorType::Rgb, &[7; 3]).unwrap();
     assert_eq!(run(folder.path(), "info out/plain.png").0, "the file does not say how it was made\n");
 }
 
@@ -340,7 +340,7 @@ fn missing_frames_are_listed() {
         let output = output(folder.path(), &format!("frames {words}"));
         (output.status.code(), String::from_utf8(output.stdout).unwrap())
     };
-    write_png(&folder.path().join("out/walk.0002.png"), 64, 36, ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
+    write_png(&folder.path().join("out/walk.0002.png"), [64, 36], ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
     let (code, said) = frames("walk.toml 1-3");
     assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are complete; still to do: 1, 3")));
     assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are complete\n".to_owned()));

@@ -89,7 +89,7 @@ fn an_emissive_quad_has_its_form_factor_with_every_light_choice() {
     let camera = front(0.5, 0.0005);
     for light_choice in LightChoice::ALL.iter().copied() {
         let settings = Settings { light_choice, max_depth: 2, ..lambert() };
-        assert_mean(&render(&scene, &camera, 8, 512, settings), expected, 1e-4, light_choice.name());
+        assert_mean(&render(&scene, &camera, 8, 512, settings), expected, 1e-4, &light_choice.to_string());
     }
     // Its back is dark: the flipped lamp gives no light, unless it is double-sided.
     let settings = || Settings { max_depth: 2, ..lambert() };

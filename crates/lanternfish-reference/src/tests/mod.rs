@@ -72,7 +72,7 @@ fn front(distance: f32, half: f32) -> Camera {
 
 fn render(scene: &Scene, camera: &Camera, edge: usize, samples: u64, settings: Settings) -> Film {
     let tracer = Tracer::new(scene, settings).unwrap();
-    let mut film = Film::new(edge, edge).unwrap();
+    let mut film = Film::new([edge as u32; 2]).unwrap();
     tracer.render(camera, &mut film, samples);
     assert_eq!(film.dropped(), 0);
     film
@@ -99,14 +99,14 @@ fn interruptions_do_not_change_images() {
     scene.sky = Vec3::ONE;
     let complete = render(&scene, &front(4.0, 1.2), 8, 12, Settings::default());
     let tracer = Tracer::new(&scene, Settings::default()).unwrap();
-    let mut parts = Film::new(8, 8).unwrap();
+    let mut parts = Film::new([8, 8]).unwrap();
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     one_thread.install(|| tracer.render(&front(4.0, 1.2), &mut parts, 5));
     tracer.render(&front(4.0, 1.2), &mut parts, 7);
     assert_eq!(complete, parts);
 
     // Stopped within a pass: each row has all of the pass's samples or none.
-    let mut cut = Film::new(8, 8).unwrap();
+    let mut cut = Film::new([8, 8]).unwrap();
     tracer.render(&front(4.0, 1.2), &mut cut, 2);
     let requested = AtomicU32::new(0);
     let pause = || requested.fetch_add(1, Ordering::Relaxed) >= 3;
@@ -137,7 +137,7 @@ fn a_stopped_row_is_discarded() {
     scene.sky = Vec3::ONE;
     let (tracer, camera) = (Tracer::new(&scene, Settings::default()).unwrap(), front(4.0, 1.2));
     let film = |samples| {
-        let mut film = Film::new(100, 1).unwrap();
+        let mut film = Film::new([100, 1]).unwrap();
         tracer.render(&camera, &mut film, samples);
         film
     };

@@ -80,7 +80,7 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
     } else {
         return Err(SceneError::UnknownFormat { path: path.to_owned() });
     };
-    scene.check_reach().map_err(|what| SceneError::Invalid { path: path.to_owned(), what })?;
+    scene.check_reach().map_err(|fault| SceneError::Invalid { path: path.to_owned(), what: fault.to_string() })?;
     Ok(scene)
 }
 

@@ -203,11 +203,11 @@ fn missing_references_are_named() {
     for (name, damage) in damages {
         let mut scene = moving();
         damage(&mut scene.motion);
-        let fault = scene.validate().expect_err(name);
+        let fault = scene.validate().expect_err(name).to_string();
         assert!(fault.contains(name), "{name}: {fault}");
     }
     let mut scene = moving();
     let deformation = scene.meshes[1].primitives[0].deformation.as_mut().unwrap();
     deformation.influences[0].joints[1] = [0, 2, 0, 0];
-    assert!(scene.validate().unwrap_err().contains("mesh 1"), "a joint that the skin lacks");
+    assert!(scene.validate().unwrap_err().to_string().contains("mesh 1"), "a joint that the skin lacks");
 }

@@ -38,7 +38,7 @@ fn an_image_accumulates_probes_are_answered_and_a_cancelled_image_is_not_reporte
     assert!(background.is_working());
     let traced = rendering(&mut background, 3);
     let tracer = Tracer::new(&scene, subject.transport.clone()).unwrap();
-    let mut film = Film::new(24, 16).unwrap();
+    let mut film = Film::new([24, 16]).unwrap();
     tracer.render(&camera, &mut film, traced.samples);
     let expected = display::encoded(&film.mean(), look.ev, look.tone_map);
     assert!(traced.bytes.as_chunks::<4>().0.iter().flat_map(|rgba| &rgba[..3]).eq(&expected));

@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_is_summed_by_use() {
+    fn memory_is_demodulated_by_use() {
         let all = [("scene/positions", 10), ("indirect/layers", 3), ("scene/lights", 1), ("", 2)];
         let expected = [("scene", 11), ("indirect", 3), ("unnamed", 2)].map(|(word, bytes)| (word.to_owned(), bytes));
         assert_eq!(by_use(all.into_iter()), expected);

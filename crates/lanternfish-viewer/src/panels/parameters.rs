@@ -7,6 +7,7 @@ use lanternfish::{
     settings::Preset,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
+use lanternfish_scene::Named;
 
 use super::State;
 
@@ -53,7 +54,7 @@ fn presets(ui: &mut Ui, settings: &mut Settings) {
             } else if set.direct == realtime.direct {
                 set.direct = AutoLights::default().into();
             }
-            if ui.selectable_label(*settings == set, preset.name()).on_hover_text(preset.words()).clicked() {
+            if ui.selectable_label(*settings == set, preset.name()).on_hover_text(preset.help()).clicked() {
                 *settings = set;
             }
         }

@@ -2,6 +2,7 @@
 
 use egui::Ui;
 use lanternfish_gpu::PassTime;
+use lanternfish_scene::Named;
 
 use super::{
     Facts, Requested, State,
@@ -91,7 +92,7 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
                 ui.horizontal(|ui| {
                     for view in row {
                         ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
-                            .on_hover_text(view.words());
+                            .on_hover_text(view.help());
                     }
                 });
             }

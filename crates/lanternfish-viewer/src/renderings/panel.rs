@@ -146,10 +146,10 @@ fn comparison(ui: &mut Ui, state: &mut State, difference: Difference) {
         });
         ui.horizontal(|ui| {
             let label = ui.label("tone-map").on_hover_text("Tone-mapping curve from radiance to display values");
-            let list = egui::ComboBox::from_id_salt("tone-map").selected_text(state.look.tone_map.name());
+            let list = egui::ComboBox::from_id_salt("tone-map").selected_text(state.look.tone_map.to_string());
             let shown = list.show_ui(ui, |ui| {
                 for curve in ToneMap::ALL {
-                    ui.selectable_value(&mut state.look.tone_map, *curve, curve.name());
+                    ui.selectable_value(&mut state.look.tone_map, *curve, curve.to_string());
                 }
             });
             shown.response.labelled_by(label.id);

@@ -57,9 +57,11 @@ impl Viewport {
 
     /// Submits the next `count` command buffers of the frame in flight.
     pub fn submit(&mut self, count: usize) {
-        let Some((frame, _)) = self.in_flight else { return };
+        if self.in_flight.is_none() {
+            return;
+        }
         if let Some(submission) = self.slices.submit(&self.gpu.queue, count) {
-            self.renderer.submitted(frame);
+            self.pending.take().map(|frame| self.renderer.submitted(frame));
             self.shown.submitted(submission);
         }
     }

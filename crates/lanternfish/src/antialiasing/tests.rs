@@ -41,7 +41,7 @@ fn last(gpu: &Gpu, settings: Settings, count: u32, pose: impl Fn(u32) -> (Scene,
     for frame in 0..count {
         let (scene, camera) = pose(frame);
         renderer.update(&mut uploaded, &scene).unwrap();
-        radiance = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap().radiance;
+        radiance = renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance;
     }
     radiance.iter().map(|texel| texel[1]).collect()
 }
@@ -139,7 +139,7 @@ fn gpu_coverage_does_not_trail(gpu: &Gpu) {
             let x = -0.9 + 0.055 * frame as f32;
             scene.instances[0].world_from_object = Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
             renderer.update(&mut uploaded, &scene).unwrap();
-            texels = renderer.render(&uploaded, &camera(), SIZE.0, SIZE.1).unwrap().radiance;
+            texels = renderer.render(&uploaded, &camera(), SIZE.into()).unwrap().radiance;
         }
         texels
     };
@@ -178,7 +178,7 @@ fn gpu_recorded_frames_are_antialiased_while_they_move(gpu: &Gpu) {
             let mut commands = gpu.device.create_command_encoder(&Default::default());
             let id = renderer.record(&mut commands, &uploaded, &[view]).unwrap();
             gpu.queue.submit([commands.finish()]);
-            renderer.submitted(id);
+            let id = renderer.submitted(id);
             image = renderer.read(id).unwrap().remove(0).radiance.iter().map(|texel| texel[1]).collect();
             while renderer.poll().is_some() {}
         }

@@ -23,7 +23,7 @@ use crate::{
 fn quantities_are_the_shaders() {
     for view in DebugView::ALL {
         let Some(number) = quantity(*view) else { continue };
-        let name = view.name().to_uppercase().replace('-', "_");
+        let name = view.to_string().to_uppercase().replace('-', "_");
         assert_eq!(crate::shaders::constant("debug_views/debug", &name), f64::from(number), "{view}");
     }
 }
@@ -65,7 +65,7 @@ fn gpu_colours_are_those_of_the_scale(gpu: &Gpu) {
         let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::default() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
-        let rendering = renderer.render(&uploaded, camera, 16, 12).unwrap();
+        let rendering = renderer.render(&uploaded, camera, [16, 12]).unwrap();
         let [red, green, blue, _] = rendering.display[16 * 6 + 8];
         let expected = scale.color(scale.place(value));
         // One step of 8 bits, because the shader may round differently and roughness is stored in 8 bits.

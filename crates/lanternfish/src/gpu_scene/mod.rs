@@ -249,7 +249,8 @@ impl GpuScene {
     }
 
     /// Bindings of the scene's buffers, under the names that the shaders use.
-    pub fn bindings(&self) -> Bindings<'_> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn bindings(&self) -> Bindings<'_> {
         let mut bindings = self
             .materials
             .all()
@@ -282,34 +283,40 @@ impl GpuScene {
     }
 
     /// Its lights.
-    pub fn lights(&self) -> &LightSet {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn lights(&self) -> &LightSet {
         &self.lights
     }
 
     /// Triangles that rays can hit, each with the instance that it belongs to.
-    pub fn traced_triangles(&self) -> u32 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn traced_triangles(&self) -> u32 {
         self.traced_triangles
     }
 
     /// The environment as light.
     ///
     /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
-    pub fn environment_light(&self) -> &EnvironmentLight {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
     /// Emissive triangles that rays hit, if hits are shaded.
-    pub fn emissive_triangles(&self) -> &[EmissiveTriangle] {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
     /// True if hits are shaded and rays hit any emissive triangle.
-    pub fn has_emissive_triangles(&self) -> bool {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }
 
     /// The BVH's triangles, if there is a BVH.
-    pub fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 
@@ -340,7 +347,7 @@ const NODES: &str = "scene/bvh_nodes";
 
 /// An error that names the first violation of the scene types' contracts.
 fn validate(scene: &Scene) -> Result<(), RenderError> {
-    scene.validate().map_err(|what| RenderError::InvalidScene { what })
+    Ok(scene.validate()?)
 }
 
 /// Lights in the layout that shaders read. An error if there are more than the device can bind.

@@ -83,7 +83,7 @@ fn gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault(gpu: &Gpu) 
     let mut uploaded = renderer.upload(&sound).unwrap();
     let revision = uploaded.revision();
     let shown = |renderer: &mut Renderer, uploaded: &GpuScene| {
-        renderer.render(uploaded, &sound.cameras[0], 16, 12).unwrap().radiance
+        renderer.render(uploaded, &sound.cameras[0], [16, 12]).unwrap().radiance
     };
     let before = shown(&mut renderer, &uploaded);
     for (named, damage) in damages {
@@ -126,7 +126,7 @@ fn gpu_odd_scenes_that_are_valid_render(gpu: &Gpu) {
         change(&mut odd);
         assert_eq!(odd.validate(), Ok(()), "{name}");
         let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let rendering = renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let rendering = renderer.render(&uploaded, &camera, [16, 12]).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(rendering.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
     }
 }
@@ -146,7 +146,7 @@ fn gpu_materials_with_equal_textures_share_a_bind_group(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let before = lanternfish_gpu::made();
-        let rendering = renderer.render(&uploaded, &camera, 16, 12).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, [16, 12]).unwrap();
         ((lanternfish_gpu::made() - before).bind_groups, rendering.radiance)
     };
     let red = |red: f32| Material { base_color: Vec4::new(red, 0.5, 0.25, 1.0), unlit: true, ..Material::default() };
@@ -172,9 +172,9 @@ fn gpu_cameras_without_a_view_are_refused(gpu: &Gpu) {
         ("looks nowhere", Camera::look_at(Vec3::ONE, Vec3::ONE, PERSPECTIVE)),
         ("stands at", Camera::look_at(Vec3::NAN, Vec3::ONE, PERSPECTIVE)),
     ] {
-        let views = [(sound, 16, 12), (&camera, 16, 12)];
+        let views = [(sound, [16, 12]), (&camera, [16, 12])];
         for error in [
-            renderer.render(&uploaded, &camera, 16, 12).unwrap_err(),
+            renderer.render(&uploaded, &camera, [16, 12]).unwrap_err(),
             renderer.render_views(&uploaded, &views).unwrap_err(),
             renderer.refine(&uploaded, &views).unwrap_err(),
         ] {
@@ -183,14 +183,14 @@ fn gpu_cameras_without_a_view_are_refused(gpu: &Gpu) {
         }
     }
     for (width, height) in [(0, 12), (16, 0), (u32::MAX, 1)] {
-        let error = renderer.render(&uploaded, sound, width, height).unwrap_err();
+        let error = renderer.render(&uploaded, sound, [width, height]).unwrap_err();
         assert!(matches!(error, RenderError::Size { .. }), "{error}");
     }
     // Unusual but valid cameras give an image.
     let close_up = Camera::look_at(Vec3::Y, Vec3::ZERO, PERSPECTIVE);
     let far_off = Camera::look_at(Vec3::splat(1e9), Vec3::ZERO, PERSPECTIVE);
     for camera in [perspective(3.1, 0.01), perspective(1e-4, 0.01), perspective(0.9, 1e-20), close_up, far_off] {
-        renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{camera:?}: {error}"));
+        renderer.render(&uploaded, &camera, [16, 12]).unwrap_or_else(|error| panic!("{camera:?}: {error}"));
     }
 }
 

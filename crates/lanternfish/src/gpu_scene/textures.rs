@@ -313,7 +313,7 @@ mod tests {
             assert_eq!(automatic_anisotropy(&adapter), samples, "{driver}");
         }
         for setting in Anisotropy::ALL {
-            assert_eq!(setting.samples().map(|n| n.to_string()).unwrap_or("auto".to_owned()), setting.name());
+            assert_eq!(setting.samples().map(|n| n.to_string()).unwrap_or("auto".to_owned()), setting.to_string());
         }
     }
 

@@ -18,7 +18,7 @@ use std::{
 };
 
 use glam::{Affine3A, UVec4};
-use lanternfish_scene::{Environment, Scene};
+use lanternfish_scene::{Environment, Scene, SceneFault};
 
 use self::outline::Outline;
 use super::{
@@ -187,7 +187,7 @@ impl Placed {
             if !transform.is_finite() || reach > Scene::FARTHEST {
                 let what =
                     format!("instance {instance}: its transform is not finite, or beyond {:e} m", Scene::FARTHEST);
-                return Err(RenderError::InvalidScene { what });
+                return Err(SceneFault::Motion { what }.into());
             }
         }
         Ok(())
@@ -209,18 +209,21 @@ impl Placed {
 impl GpuScene {
     /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is unique among all
     /// uploads. Lights do not change it.
-    pub fn generation(&self) -> u64 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn generation(&self) -> u64 {
         self.placed.generation
     }
 
     /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and is unique among all
     /// uploads.
-    pub fn revision(&self) -> u64 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn revision(&self) -> u64 {
         self.placed.revision
     }
 
     /// Identifies the order of the triangles: it changes with another tree, and is unique among all uploads.
-    pub fn triangle_order(&self) -> u64 {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn triangle_order(&self) -> u64 {
         self.placed.triangle_order
     }
 

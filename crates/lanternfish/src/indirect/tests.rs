@@ -201,7 +201,7 @@ fn gpu_moved_emitters_light_from_their_new_position(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| {
-            let rendering = renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+            let rendering = renderer.render(uploaded, &camera, SIZE.into()).unwrap();
             rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
         };
         let before = render(&uploaded);
@@ -232,7 +232,7 @@ fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
     let ground_truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
     let traced = |max_depth, samples| {
         let settings = TracerSettings { max_depth, ..ground_truth_settings.clone() };
-        let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+        let mut film = Film::new(SIZE.into()).unwrap();
         PathTracer::new(&scene, settings).unwrap().render(&camera, &mut film, samples);
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };

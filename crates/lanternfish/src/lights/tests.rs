@@ -168,7 +168,7 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The centre of an image with odd dimensions shows the quad's centre, directly below the light.
-        let rendering = renderer.render(&uploaded, &camera, 5, 5).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, [5, 5]).unwrap();
         let pixel = rendering.radiance[12];
         // A light of intensity I and range R has the cut-off I / R².
         let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));

@@ -146,7 +146,7 @@ fn gpu_views_share_an_exposure_and_means_continue_at_another(gpu: &Gpu) {
     let uploaded = auto.upload(&scene).unwrap();
     // The box, and a close view of its lamp.
     let below = Camera::look_at(Vec3::new(0.0, 1.2, 0.4), Vec3::new(0.05, 2.0, 0.0), scene.cameras[0].projection);
-    let views = [(&scene.cameras[0], 60, 44), (&below, 50, 40)];
+    let views = [(&scene.cameras[0], [60, 44]), (&below, [50, 40])];
     let renderings = auto.render_views(&uploaded, &views).unwrap();
     let ev = renderings[0].exposure.unwrap();
     let alone = [0, 1].map(|eye| auto.render_views(&uploaded, &views[eye..=eye]).unwrap().remove(0).exposure.unwrap());

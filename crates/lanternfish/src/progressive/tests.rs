@@ -31,8 +31,8 @@ fn renderer_of(gpu: &Gpu, settings: &Settings, accumulate: u32) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), Settings { accumulate, ..settings.clone() }).unwrap()
 }
 
-fn view(camera: &Camera) -> [(&Camera, u32, u32); 1] {
-    [(camera, SIZE.0, SIZE.1)]
+fn view(camera: &Camera) -> [(&Camera, [u32; 2]); 1] {
+    [(camera, SIZE.into())]
 }
 
 fn frames(rendering: &RenderedImage) -> Option<u64> {
@@ -151,7 +151,7 @@ fn gpu_a_mean_starts_again_when_anything_changes(gpu: &Gpu) {
     let mut uploaded = renderer.upload(&scene).unwrap();
     let again = renderer.upload(&scene).unwrap();
     let other = Camera { projection: Projection::Perspective { fov_y: 0.5, near: 0.1 }, ..camera.clone() };
-    let count = |renderer: &mut Renderer, scene: &GpuScene, views: &[(&Camera, u32, u32)]| {
+    let count = |renderer: &mut Renderer, scene: &GpuScene, views: &[(&Camera, [u32; 2])]| {
         let renderings = renderer.refine(scene, views).unwrap();
         let count = frames(&renderings[0]).unwrap();
         if count == 1 {
@@ -164,7 +164,7 @@ fn gpu_a_mean_starts_again_when_anything_changes(gpu: &Gpu) {
     assert_eq!([(); 3].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2, 3]);
     assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &there)), [1, 2]);
     assert_eq!(count(&mut renderer, &uploaded, &here), 1);
-    assert_eq!(count(&mut renderer, &uploaded, &[(&camera, 44, 60)]), 1);
+    assert_eq!(count(&mut renderer, &uploaded, &[(&camera, [44, 60])]), 1);
     assert_eq!(count(&mut renderer, &uploaded, &[here[0], there[0]]), 1);
     assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
     assert_eq!([(); 2].map(|()| count(&mut renderer, &again, &here)), [1, 2]);
@@ -175,7 +175,7 @@ fn gpu_a_mean_starts_again_when_anything_changes(gpu: &Gpu) {
     renderer.reset();
     assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
     // A failed frame leaves no mean.
-    let apart = renderer.refine(&uploaded, &[(&camera, 0, 1)]).unwrap_err().to_string();
+    let apart = renderer.refine(&uploaded, &[(&camera, [0, 1])]).unwrap_err().to_string();
     assert!(apart.contains("each side must be from 1"), "{apart}");
     assert_eq!(count(&mut renderer, &uploaded, &here), 3, "rejected before the mean was changed");
 }
@@ -209,7 +209,7 @@ fn gpu_edges_converge_to_the_coverage_of_the_pixel(gpu: &Gpu) {
         let settings = Settings { accumulate, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
+        renderer.render(&uploaded, &camera, [scale * EDGE, scale * EDGE]).unwrap()
     };
     let fine = rendering(1, Samples::One, FINE);
     let ground_truth = covered(&fine, FINE);
@@ -266,7 +266,7 @@ fn gpu_textures_converge_to_what_the_pixel_covers(gpu: &Gpu) {
     let rendering = |accumulate, scale: u32| {
         let mut renderer = renderer(gpu, accumulate);
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
+        renderer.render(&uploaded, &camera, [scale * EDGE, scale * EDGE]).unwrap()
     };
     let ground_truth = covered(&rendering(1, FINE), FINE);
     let mean = ground_truth.iter().sum::<f32>() / ground_truth.len() as f32;
@@ -299,7 +299,7 @@ fn gpu_more_frames_are_never_worse(gpu: &Gpu) {
         let uploaded = renderer_of(gpu, &settings, 1).upload(&scene).unwrap();
         let mean_of = |frames| {
             let mut renderer = renderer_of(gpu, &settings, frames);
-            let rendering = renderer.render(&uploaded, &camera, size.0, size.1).unwrap();
+            let rendering = renderer.render(&uploaded, &camera, size.into()).unwrap();
             rendering.radiance.into_iter().map(|texel| texel[1].min(most)).collect::<Vec<f32>>()
         };
         let truth = mean_of(64);
@@ -323,7 +323,7 @@ fn gpu_views_and_samples_are_averaged_separately(gpu: &Gpu) {
         let settings = Settings { accumulate: 3, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let views = [(&eyes[0], SIZE.0, SIZE.1), (&eyes[1], SIZE.1, SIZE.0)];
+        let views = [(&eyes[0], SIZE.into()), (&eyes[1], [SIZE.1, SIZE.0])];
         let both = renderer.render_views(&uploaded, &views).unwrap();
         for (together, view) in both.iter().zip(views) {
             let alone = renderer.render_views(&uploaded, &[view]).unwrap().remove(0);

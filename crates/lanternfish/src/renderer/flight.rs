@@ -1,6 +1,10 @@
 //! Frames in the caller's command encoder: recorded, submitted and reported with deferred readback.
 
-use std::{collections::VecDeque, iter};
+use std::{
+    collections::VecDeque,
+    iter,
+    sync::{Arc, Weak},
+};
 
 use glam::{Affine3A, UVec2, Vec3};
 use lanternfish_gpu::{Frame, GpuError, Growth, PassCommands, PassTime, is_lost};
@@ -20,6 +24,24 @@ use crate::{
 /// The identifier of a recorded frame, unique in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(u64);
+
+/// A recorded frame whose commands the caller holds: after their submission, pass it to [`Renderer::submitted`]. If it is dropped instead,
+/// the renderer takes the commands for dropped: its next call that renders or reads discards the frame, and resets the state that depends
+/// on it, which is deep images, means and previous views.
+#[derive(Debug)]
+#[must_use = "call `Renderer::submitted` with it after its commands are submitted; dropped, the frame is discarded"]
+pub struct PendingFrame {
+    id: FrameId,
+    /// The renderer observes whether it is alive.
+    _alive: Arc<()>,
+}
+
+impl PendingFrame {
+    /// The identifier under which the frame is reported and read.
+    pub fn id(&self) -> FrameId {
+        self.id
+    }
+}
 
 /// The outcome of a frame.
 #[derive(Clone, Debug)]
@@ -43,8 +65,8 @@ pub struct FrameReport {
 /// Recorded frames whose state is stored.
 #[derive(Debug, Default)]
 pub(super) struct Flight {
-    /// The frame whose commands the caller holds.
-    recorded: Option<FrameId>,
+    /// The frame whose commands the caller holds, and whether its [`PendingFrame`] is alive.
+    recorded: Option<(FrameId, Weak<()>)>,
     /// The results of the last frame.
     last: Option<Last>,
     /// Outcomes of the caller's frames that arrived while another operation waited.
@@ -95,14 +117,14 @@ impl Renderer {
                 Target::Own => Vec::new(),
                 Target::Display(_, format) => vec![throw_away(view, format)],
                 Target::Radiance(to) => vec![of(view, to)],
-                Target::Sums { direct, indirect } => vec![of(view, direct), of(view, indirect)],
+                Target::Demodulated { direct, indirect } => vec![of(view, direct), of(view, indirect)],
             })
             .collect();
         let elsewhere = views.iter().zip(&textures).map(|(view, textures)| {
             let target = match (view.target, &textures[..]) {
                 (Target::Display(_, format), [texture]) => Target::Display(texture, format),
                 (Target::Radiance(_), [texture]) => Target::Radiance(texture),
-                (Target::Sums { .. }, [direct, indirect]) => Target::Sums { direct, indirect },
+                (Target::Demodulated { .. }, [direct, indirect]) => Target::Demodulated { direct, indirect },
                 (target, _) => target,
             };
             ViewRequest { target, surface: SurfaceSource::Own, ..*view }
@@ -118,7 +140,7 @@ impl Renderer {
         let mut commands = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("ready") });
         let frame = self.record(&mut commands, scene, &elsewhere)?;
         self.queue.submit([commands.finish()]);
-        self.submitted(frame);
+        let frame = self.submitted(frame);
         // The next frame has no predecessor.
         self.passes.forget_shown();
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
@@ -132,7 +154,7 @@ impl Renderer {
     /// Adds a frame of these views to the caller's commands. Never waits for the device: if a list overflows, this frame is not shown
     /// ([`FrameReport::is_complete`]) and a later frame has a larger list.
     ///
-    /// Submit the commands, then call [`Self::submitted`]. Record one frame at a time. Up to 64 frames may be in flight; further ones are
+    /// Submit the commands, then call [`Self::submitted`] with the pending frame; or drop both, which discards the frame. Record one frame at a time. Up to 64 frames may be in flight; further ones are
     /// not reported. Do not update a scene of the frame between recording and submission. After an error the commands hold part of a frame
     /// or nothing: drop them.
     ///
@@ -146,7 +168,7 @@ impl Renderer {
         commands: &mut wgpu::CommandEncoder,
         scene: &GpuScene,
         views: &[ViewRequest<'_>],
-    ) -> Result<FrameId, RenderError> {
+    ) -> Result<PendingFrame, RenderError> {
         self.record_into(Commands::Encoder(commands), scene, views)
     }
 
@@ -157,7 +179,7 @@ impl Renderer {
         &mut self,
         scene: &GpuScene,
         views: &[ViewRequest<'_>],
-    ) -> Result<(FrameId, Vec<wgpu::CommandBuffer>), RenderError> {
+    ) -> Result<(PendingFrame, Vec<wgpu::CommandBuffer>), RenderError> {
         let mut slices = Vec::new();
         Ok((self.record_into(Commands::Slices(&mut slices), scene, views)?, slices))
     }
@@ -167,7 +189,7 @@ impl Renderer {
         commands: Commands<'_>,
         scene: &GpuScene,
         views: &[ViewRequest<'_>],
-    ) -> Result<FrameId, RenderError> {
+    ) -> Result<PendingFrame, RenderError> {
         self.check_device()?;
         let requested = self.requested(scene, views)?;
         self.use_growth(Growth::Deferred)?;
@@ -193,31 +215,26 @@ impl Renderer {
                 this.passes.progressive.finish(scene, &requested, index);
             }
             let counters = scene.counters().to_vec();
-            this.flight.recorded = Some(frame);
+            let alive = Arc::new(());
+            this.flight.recorded = Some((frame, Arc::downgrade(&alive)));
             // Further frames are not reported.
             this.flight.ages.truncate(63);
             this.flight
                 .ages
                 .extend(this.passes.structure.as_ref().and_then(|structure| Some((frame, structure.age()?))));
             this.flight.last = Some(Last { frame, views: moved, results, counters });
-            Ok(frame)
+            Ok(PendingFrame { id: frame, _alive: alive })
         })
     }
 
-    /// Marks the commands of a frame as submitted. A repeated call has no effect.
-    pub fn submitted(&mut self, frame: FrameId) {
-        if self.flight.recorded == Some(frame) {
-            self.flight.recorded = None;
+    /// Marks the commands of a frame as submitted. Returns the identifier for [`Self::read`] and [`FrameReport::frame`]. A frame that an error
+    /// has reset since, or that another renderer recorded, stays unreported.
+    pub fn submitted(&mut self, frame: PendingFrame) -> FrameId {
+        if self.flight.recorded.take_if(|(recorded, _)| *recorded == frame.id).is_some() {
             let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
-            lanternfish_gpu::submitted(frame.0, &mut self.profiler, pool);
+            lanternfish_gpu::submitted(frame.id.0, &mut self.profiler, pool);
         }
-    }
-
-    /// Marks the commands of a frame as dropped. State that depends on the frame is reset: deep images, means, previous views.
-    pub fn discard(&mut self, frame: FrameId) {
-        if self.flight.recorded == Some(frame) {
-            self.forget_frames();
-        }
+        frame.id
     }
 
     /// The report of the next finished frame, in the order of submission; `None` if no further frame has finished. Each
@@ -261,8 +278,8 @@ impl Renderer {
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let view = |request: &ViewRequest<'_>| {
-            if matches!(request.target, Target::Sums { .. }) {
-                check_sums(&self.settings)?;
+            if matches!(request.target, Target::Demodulated { .. }) {
+                check_demodulated(&self.settings)?;
             }
             request.check(&self.device)?;
             let [clip_from_view, world_from_view] = request.matrices();
@@ -276,12 +293,15 @@ impl Renderer {
         views.iter().map(view).collect()
     }
 
-    /// Returns an error if the device is lost or the caller holds the commands of a frame.
-    pub(super) fn check_device(&self) -> Result<(), RenderError> {
-        match self.flight.recorded {
-            Some(_) => Err(RenderError::NotSubmitted),
-            None => check_lost(&self.device),
+    /// Returns an error if the device is lost or the caller holds the commands of a frame. Discards a frame whose [`PendingFrame`] was
+    /// dropped.
+    pub(super) fn check_device(&mut self) -> Result<(), RenderError> {
+        match &self.flight.recorded {
+            Some((_, alive)) if alive.strong_count() > 0 => return Err(RenderError::NotSubmitted),
+            Some(_) => self.forget_frames(),
+            None => (),
         }
+        check_lost(&self.device)
     }
 }
 
@@ -291,8 +311,9 @@ pub(super) fn check_lost(device: &wgpu::Device) -> Result<(), RenderError> {
 }
 
 /// Returns an error if these settings do not support demodulated irradiance.
-fn check_sums(settings: &Settings) -> Result<(), RenderError> {
-    let needed = "another target (`Target::Sums` supports one sample per pixel, `accumulate 1` and no debug view)";
+fn check_demodulated(settings: &Settings) -> Result<(), RenderError> {
+    let needed =
+        "another target (`Target::Demodulated` supports one sample per pixel, `accumulate 1` and no debug view)";
     let faults = [
         (settings.samples != Samples::One, "`samples`"),
         (settings.accumulate > 1, "`accumulate`"),

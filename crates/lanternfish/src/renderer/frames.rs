@@ -30,7 +30,7 @@ impl Renderer {
     pub fn render_frames(
         &mut self,
         scene: &GpuScene,
-        views: &[(&Camera, u32, u32)],
+        views: &[(&Camera, [u32; 2])],
         mut tell: impl FnMut(u32),
     ) -> Result<Vec<RenderedImage>, RenderError> {
         let views = self.views(scene, views)?;
@@ -63,7 +63,7 @@ impl Renderer {
     pub fn refine(
         &mut self,
         scene: &GpuScene,
-        views: &[(&Camera, u32, u32)],
+        views: &[(&Camera, [u32; 2])],
     ) -> Result<Vec<RenderedImage>, RenderError> {
         if self.passes.debug_views.is_some() {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);
@@ -100,7 +100,8 @@ impl Renderer {
     }
 
     /// Makes the next [`Self::refine`] start a new mean, for a change that it does not detect.
-    pub fn reset(&mut self) {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn reset(&mut self) {
         self.passes.progressive.reset();
         self.passes.forget_shown();
     }

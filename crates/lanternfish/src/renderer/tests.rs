@@ -25,7 +25,7 @@ fn gpu_a_frame_has_few_compute_passes(gpu: &Gpu) {
     let uploaded = renderer.upload(&scene).unwrap();
     let mut passes_of_frame = || {
         let before = renderer.profiler.compute_passes();
-        let rendering = renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap();
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], [64, 48]).unwrap();
         (renderer.profiler.compute_passes() - before, rendering.report.passes)
     };
     passes_of_frame();
@@ -50,7 +50,7 @@ fn gpu_watched_passes_are_told_in_order_and_change_nothing(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.watch_passes(watcher);
-        renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap()
+        renderer.render(&uploaded, &scene.cameras[0], [64, 48]).unwrap()
     };
     let told = Arc::new(Mutex::new(Vec::new()));
     let watcher = {

@@ -231,10 +231,10 @@ fn gpu_textures_of_layers_scale_their_factors(gpu: &Gpu) {
     let rendered = |material: &Material| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
         let uploaded = renderer.upload(&scene(material)).unwrap();
-        Vec4::from(renderer.render(&uploaded, &camera, 9, 9).unwrap().radiance[40]).truncate()
+        Vec4::from(renderer.render(&uploaded, &camera, [9, 9]).unwrap().radiance[40]).truncate()
     };
     let traced = |material: &Material| {
-        let mut film = Film::new(1, 1).unwrap();
+        let mut film = Film::new([1, 1]).unwrap();
         let settings = TracerSettings { max_depth: 2, ..TracerSettings::default() };
         Tracer::new(&scene(material), settings).unwrap().render(&camera, &mut film, 256);
         Vec3::from(film.mean()[0])

@@ -27,7 +27,7 @@ fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
         let shadows = renderer.passes.shadows.as_mut().expect("shadows are on");
         [shadows.word_limit, shadows.dispatch_limit] = limits;
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, 72, 60).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, [72, 60]).unwrap();
         let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
         let trace = rendering.report.commands.iter().find(|pass| pass.name == "shadows/trace").unwrap();
         let counts = [counter("shadows/bands").unwrap(), u64::from(trace.dispatches)];

@@ -110,7 +110,7 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
             later.update(&mut uploaded, &scene).unwrap();
         }
         counts.push(lights);
-        let views = later.views(&uploaded, &[(&camera, width, height)]).unwrap();
+        let views = later.views(&uploaded, &[(&camera, [width, height])]).unwrap();
         let context = FrameContext { scene: &uploaded, views: &views, is_averaged: false, requests: &[] };
         let result = later.frame(&context).unwrap().remove(0);
         sent.push(copy_of(&later, &result.display.expect("it is shown")));
@@ -126,7 +126,7 @@ pub fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
             scene.lights.extend(light_rain(&scene.bounds(), lights, Some(path.range), 1, 0.0));
             waiting.update(&mut uploaded, &scene).unwrap();
         }
-        expected.push(waiting.render(&uploaded, &camera, width, height).unwrap().display);
+        expected.push(waiting.render(&uploaded, &camera, [width, height]).unwrap().display);
     }
 
     let mut last = vec![[0; 4]; (width * height) as usize];

@@ -52,7 +52,7 @@ pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) 
 pub fn image_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
+    let rendering = renderer.render(&uploaded, camera, size.into()).unwrap();
     rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
@@ -122,7 +122,7 @@ pub fn traced_of(size: UVec2, scene: &Scene, camera: &Camera, max_depth: u32, sa
         light_choice: LightChoice::Uniform,
         ..TracerSettings::default()
     };
-    let mut film = Film::new(size.x as usize, size.y as usize).unwrap();
+    let mut film = Film::new(size.into()).unwrap();
     PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
     film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }

@@ -51,9 +51,9 @@ pub fn shared_and_refused(gpu: &Gpu, choices: Vec<(&'static str, Settings)>) -> 
     let uploads: Vec<(&str, GpuScene)> = renderers.iter().map(|(name, r)| (*name, r.upload(&scene).unwrap())).collect();
     let (mut same, mut refused) = (0, 0);
     for (i, (name, renderer)) in renderers.iter_mut().enumerate() {
-        let own = renderer.render(&uploads[i].1, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let own = renderer.render(&uploads[i].1, &camera, [16, 12]).unwrap_or_else(|error| panic!("{name}: {error}"));
         for (uploader, uploaded) in &uploads {
-            match renderer.render(uploaded, &camera, 16, 12) {
+            match renderer.render(uploaded, &camera, [16, 12]) {
                 Ok(rendering) => {
                     assert_eq!(rendering.radiance, own.radiance, "uploaded for {uploader}, rendered with {name}");
                     same += 1;

@@ -17,7 +17,7 @@ pub fn camera(scene: &Scene, frame: u32) -> Camera {
 
 /// The resources that a frame creates.
 fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_averaged: bool) -> Made {
-    let views = renderer.views(scene, &[(camera, 32, 24)]).unwrap();
+    let views = renderer.views(scene, &[(camera, [32, 24])]).unwrap();
     let before = made();
     renderer.frame(&FrameContext { scene, views: &views, is_averaged, requests: &[] }).unwrap();
     let made = made() - before;
@@ -56,7 +56,7 @@ pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
         assert_eq!(frame(i), Made::default(), "{name}, frame {i}");
     }
     // Check that the test can fail: a frame of another size creates resources.
-    let views = renderer.views(&uploaded, &[(&scene.cameras[0], 80, 60)]).unwrap();
+    let views = renderer.views(&uploaded, &[(&scene.cameras[0], [80, 60])]).unwrap();
     let before = made();
     renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
     let other = made() - before;

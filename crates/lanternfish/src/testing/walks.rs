@@ -26,7 +26,7 @@ pub fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) 
     let uploaded = renderer.upload(scene).unwrap();
     let mut last = Vec::new();
     for camera in cameras {
-        last = pixels(&renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap());
+        last = pixels(&renderer.render(&uploaded, camera, SIZE.into()).unwrap());
     }
     last
 }

@@ -43,7 +43,7 @@ fn gpu_conformance_files_render(gpu: &Gpu) {
         let camera = camera.unwrap_or_else(|| Camera::framing(&scene.bounds(), 0.8, 4.0 / 3.0));
         scene.lights.push(Light::directional(glam::Vec3::new(0.2, -0.5, -1.0), glam::Vec3::splat(3.0)));
         let uploaded = renderer.upload(&scene).unwrap_or_else(|error| panic!("{file}: {error}"));
-        let rendering = renderer.render(&uploaded, &camera, 32, 24).unwrap_or_else(|error| panic!("{file}: {error}"));
+        let rendering = renderer.render(&uploaded, &camera, [32, 24]).unwrap_or_else(|error| panic!("{file}: {error}"));
         // A file with errors may contain anything; a valid one gives finite radiance.
         let finite = rendering.radiance.iter().flatten().all(|value| value.is_finite());
         assert!(finite || !accepted, "{file}: radiance is not finite");

@@ -35,7 +35,7 @@ fn gpu_clusters_count_every_shaded_fragment_once(gpu: &Gpu) {
                 let settings = Settings { samples, shadows, indirect, ..Settings::direct_light() };
                 let mut renderer = Renderer::with_engine(&engine, settings).unwrap();
                 let uploaded = renderer.upload(&scene).unwrap();
-                let rendering = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+                let rendering = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
                 let surfaces = rendering.radiance.iter().filter(|texel| texel[3] > 0.0).count() as u64;
                 let contents = renderer.cluster_contents().unwrap().remove(0);
                 let most = contents.visible.iter().map(|cluster| cluster.fragments).max();

@@ -116,7 +116,7 @@ fn mean(images: &[RenderedImage]) -> [RgbImage; 2] {
 /// Frames of a view at rest.
 fn frames(renderer: &mut Renderer, scene: &Scene, camera: &Camera, count: usize) -> Vec<RenderedImage> {
     let uploaded = renderer.upload(scene).unwrap();
-    (0..count).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).collect()
+    (0..count).map(|_| renderer.render(&uploaded, camera, SIZE.into()).unwrap()).collect()
 }
 
 /// The mean of many frames in one image.
@@ -182,7 +182,7 @@ fn gpu_emissive_triangles_are_the_path_tracers(gpu: &Gpu) {
             light_choice: LightChoice::Uniform,
             ..TracerSettings::default()
         };
-        let mut film = Film::new(EDGE as usize, EDGE as usize).unwrap();
+        let mut film = Film::new([EDGE, EDGE]).unwrap();
         PathTracer::new(&scene, settings).unwrap().render(&scene.cameras[0], &mut film, 256);
         RgbImage::new(EDGE as usize, EDGE as usize, film.mean()).unwrap()
     };
@@ -247,7 +247,7 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
         });
         texture.create_view(&Default::default())
     });
-    let target = Target::Sums { direct: &direct, indirect: &indirect };
+    let target = Target::Demodulated { direct: &direct, indirect: &indirect };
     let views = [ViewRequest::of_camera(0, &scene.cameras[0], SIZE, target)];
     renderer.ready(&uploaded, &views).unwrap();
     let frame = |_| {

@@ -27,7 +27,7 @@ pub fn render(
     let mut renderer =
         Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).expect("the settings fit the device");
     let scene = renderer.upload(scene).expect("the scene fits the device");
-    renderer.render(&scene, camera, width, height).expect("the image fits the device")
+    renderer.render(&scene, camera, [width, height]).expect("the image fits the device")
 }
 
 /// The linear image without alpha.

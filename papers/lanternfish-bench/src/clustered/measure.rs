@@ -93,8 +93,8 @@ pub struct ClusterBench<'a> {
     pub bench: &'a Bench,
     /// Least depth range of the clusters, m.
     pub depth: u32,
-    pub mono: [(&'a Camera, u32, u32); 1],
-    pub stereo: [(&'a Camera, u32, u32); 2],
+    pub mono: [(&'a Camera, [u32; 2]); 1],
+    pub stereo: [(&'a Camera, [u32; 2]); 2],
 }
 
 /// A scene in device memory, and its number of lights.

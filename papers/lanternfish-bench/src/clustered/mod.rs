@@ -142,8 +142,8 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let eyes = StereoRig::vive().cameras(&camera, camera.projection.near().max(1e-5));
     let eye_width = eye_width(args.size);
 
-    let mono = (&camera, width, height);
-    let stereo = eyes.each_ref().map(|eye| (eye, eye_width, height));
+    let mono = (&camera, [width, height]);
+    let stereo = eyes.each_ref().map(|eye| (eye, [eye_width, height]));
     let of = ClusterBench { bench: &bench, depth: args.depth, mono: [mono], stereo };
     let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
     let lit: Vec<Scene> = args.counts().iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();

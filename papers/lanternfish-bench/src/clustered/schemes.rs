@@ -54,7 +54,7 @@ fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
 /// Measures every scheme and number of lights, in one view. Returns what is left out beside the rows.
 pub fn measure(
     bench: &Bench,
-    (camera, width, height): (&Camera, u32, u32),
+    (camera, [width, height]): (&Camera, [u32; 2]),
     scenes: &[Scene],
     quick: bool,
 ) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
@@ -73,7 +73,7 @@ pub fn measure(
                 continue;
             }
             let uploaded = renderer.upload(scene)?;
-            let mut frame = || renderer.render(&uploaded, camera, width, height);
+            let mut frame = || renderer.render(&uploaded, camera, [width, height]);
             let result = bench.step("schemes", &what, || {
                 let image = frame()?;
                 let times = medians(bench.runs, || {

@@ -32,7 +32,7 @@ pub struct Layers {
 impl Layers {
     pub fn trace(tracer: &Tracer<'_>, camera: &Camera, size: Size, spp: u64) -> Result<Self, CliError> {
         let (width, height) = (size.width as usize, size.height as usize);
-        let mut film = Film::new(width, height)?;
+        let mut film = Film::new([size.width, size.height])?;
         tracer.render(camera, &mut film, spp / 2);
         let first_half = RgbImage::new(width, height, film.mean())?;
         tracer.render(camera, &mut film, spp - spp / 2);

@@ -182,13 +182,13 @@ impl RayBench {
     /// Renders one frame, or the mean of `settings.accumulate`.
     pub fn frame(&self, brdf: Brdf, settings: &Settings) -> Result<RenderedImage, RenderError> {
         let Size { width, height } = self.view.size;
-        self.bench.renderer(settings)?.render(self.scene(brdf), &self.view.camera, width, height)
+        self.bench.renderer(settings)?.render(self.scene(brdf), &self.view.camera, [width, height])
     }
 
     /// The frame that took least, after a warm-up frame.
     pub fn fastest(&self, scene: &GpuScene, settings: &Settings) -> Result<RenderedImage, RenderError> {
         let (Size { width, height }, mut renderer) = (self.view.size, self.bench.renderer(settings)?);
-        let frame = || renderer.render(scene, &self.view.camera, width, height);
+        let frame = || renderer.render(scene, &self.view.camera, [width, height]);
         Ok(least(self.bench.runs, frame, |frame| frame_ms(&frame.report.passes))?.1)
     }
 
@@ -236,8 +236,8 @@ impl RayBench {
         let mut frames = Vec::new();
         loop {
             let mut image = match count {
-                1 => renderer.render(scene, &self.view.camera, width, height)?,
-                _ => renderer.refine(scene, &[(&self.view.camera, width, height)])?.remove(0),
+                1 => renderer.render(scene, &self.view.camera, [width, height])?,
+                _ => renderer.refine(scene, &[(&self.view.camera, [width, height])])?.remove(0),
             };
             frames.push(std::mem::take(&mut image.report.passes));
             if frames.len() == count as usize {

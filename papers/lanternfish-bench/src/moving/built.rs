@@ -44,7 +44,7 @@ impl Motion {
                 renderer.move_instances(&mut uploaded, &[(part, transforms[0])])?;
                 transforms.swap(0, 1);
                 let mut of_images = || {
-                    let rendering = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
+                    let rendering = renderer.render(&uploaded, &camera, SIZE)?;
                     let count =
                         rendering.report.passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).count();
                     Ok::<_, CliError>((count, ms_of(&rendering.report.passes, "deep_images/")))

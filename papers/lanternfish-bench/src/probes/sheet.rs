@@ -51,7 +51,7 @@ impl Sheet {
                 }
             }
         }
-        Ok(write_png(path, across as u32, down as u32, ColorType::Rgb, &sheet)?)
+        Ok(write_png(path, [across as u32, down as u32], ColorType::Rgb, &sheet)?)
     }
 }
 

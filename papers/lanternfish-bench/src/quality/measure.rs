@@ -87,7 +87,7 @@ impl ShotBench<'_> {
         reference: &RgbImage,
         first: &mut Option<First>,
     ) -> Result<Row, CliError> {
-        let ground_truth = ground_truth.name();
+        let ground_truth = lanternfish_scene::Named::name(*ground_truth);
         let row = |left_out, figures| Row { name: case.name.clone(), ground_truth, left_out, figures };
         let (image, frame_ms) = match self.render(&case.settings, scene) {
             Ok(rendered) => rendered,
@@ -163,6 +163,6 @@ impl ShotBench<'_> {
     /// Writes an image of the report, with the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
         let size = self.view.size;
-        Ok(write_png(&self.bench.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
+        Ok(write_png(&self.bench.folder.join(file), [size.width, size.height], ColorType::Rgb, rgb)?)
     }
 }

@@ -64,7 +64,7 @@ pub struct QualityArgs {
 }
 
 fn ground_truth() -> impl TypedValueParser<Value = GroundTruth> {
-    PossibleValuesParser::new(compared_ground_truths().map(|ground_truth| ground_truth.name()))
+    PossibleValuesParser::new(compared_ground_truths().map(lanternfish_scene::Named::name))
         .map(|name| name.parse().expect("clap lets only known names through"))
 }
 

@@ -86,7 +86,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find(gpu: &Gpu) {
     let camera = &scene.cameras[0];
     let exact = |integrator| {
         let settings = TracerSettings { integrator, light_choice: LightChoice::Uniform, ..TracerSettings::default() };
-        let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+        let mut film = Film::new(SIZE.into()).unwrap();
         Tracer::new(&scene, settings).unwrap().render(camera, &mut film, 128);
         film.mean().iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
     };
@@ -299,7 +299,7 @@ fn gpu_the_sky_lights_surfaces_that_see_it(gpu: &Gpu) {
     let center = |occlusion| {
         let mut renderer = renderer(gpu, settings(occlusion));
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2]
+        renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance[pixel_count() / 2]
     };
     assert_eq!(center(Occlusion::NONE), [0.0, 0.0, 0.0, 1.0]);
     for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
@@ -311,7 +311,7 @@ fn gpu_the_sky_lights_surfaces_that_see_it(gpu: &Gpu) {
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -0.5), 10.0 * Vec3::X, 5.0 * Vec3::Y));
     let mut renderer = renderer(gpu, settings(deep()));
     let uploaded = renderer.upload(&scene).unwrap();
-    let radiance = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2];
+    let radiance = renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance[pixel_count() / 2];
     assert!((0.45..0.65).contains(&radiance[0]), "{radiance:?}");
 }
 
@@ -326,7 +326,7 @@ fn gpu_frames_of_a_mean_use_different_directions(gpu: &Gpu) {
         let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
         let mut renderer = renderer(gpu, Settings { structure: deep_images.into(), accumulate, ..settings(deep()) });
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
         rendering.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
     };
     let many = radiance(400, 4);

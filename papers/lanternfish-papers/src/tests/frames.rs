@@ -61,7 +61,7 @@ fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {
-        let rendering = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap();
         (rendering.radiance, inside::structure_builds(renderer), inside::kept_bytes(renderer))
     };
     let (radiance, builds, bytes) = render(&mut renderer);
@@ -74,7 +74,7 @@ fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_deep_images_are_built_for_each_rotation_of_the_set(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
-    let views = [(&scene.cameras[0], 32, 24)];
+    let views = [(&scene.cameras[0], [32, 24])];
     let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
     let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }.into();
     let settings = Settings { accumulate: 10, structure, indirect, ..Settings::default() };
@@ -99,12 +99,12 @@ fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&engine(gpu), bvh()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     assert_eq!(renderer.set(occlusion(16, bvh())).unwrap(), Change::Upload);
-    assert!(matches!(renderer.render(&uploaded, camera, 32, 24), Err(RenderError::OtherSettings { .. })));
+    assert!(matches!(renderer.render(&uploaded, camera, [32, 24]), Err(RenderError::OtherSettings { .. })));
     let uploaded = renderer.upload(&scene).unwrap();
-    let actual = renderer.render(&uploaded, camera, 32, 24).unwrap();
+    let actual = renderer.render(&uploaded, camera, [32, 24]).unwrap();
     let mut fresh = Renderer::new(&gpu.device, &gpu.queue, occlusion(16, bvh())).unwrap();
     let its_own = fresh.upload(&scene).unwrap();
-    assert_eq!(actual.radiance, fresh.render(&its_own, camera, 32, 24).unwrap().radiance);
+    assert_eq!(actual.radiance, fresh.render(&its_own, camera, [32, 24]).unwrap().radiance);
 }
 
 /// A debug view disables passes that it does not show, but the renderer reports the settings as given.
@@ -191,9 +191,10 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion(gpu: &Gpu) {
     let settings = occlusion(32, Settings { materials: Materials::Lambert, ..bvh() });
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
-    let expected = waiting.render(&uploaded, camera, 48, 32).unwrap().radiance;
+    let expected = waiting.render(&uploaded, camera, [48, 32]).unwrap().radiance;
     let [direct, indirect] = [(); 2].map(|()| texture(gpu));
-    let view = [ViewRequest::of_camera(1, camera, [48, 32], Target::Sums { direct: &direct, indirect: &indirect })];
+    let view =
+        [ViewRequest::of_camera(1, camera, [48, 32], Target::Demodulated { direct: &direct, indirect: &indirect })];
     let mut renderer = Renderer::with_engine(waiting.engine(), settings).unwrap();
     renderer.ready(&uploaded, &view).unwrap();
     let mut commands = gpu.device.create_command_encoder(&Default::default());

@@ -73,7 +73,7 @@ fn staged(mut scene: Scene) -> (Scene, Camera) {
 fn ground_truth(scene: &Scene, camera: &Camera) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
-    let mut film = reference::Film::new(POSED.0 as usize, POSED.1 as usize).unwrap();
+    let mut film = reference::Film::new(POSED.into()).unwrap();
     tracer.render(camera, &mut film, 256);
     RgbImage::new(POSED.0 as usize, POSED.1 as usize, film.mean()).unwrap()
 }
@@ -101,11 +101,11 @@ fn gpu_posed_scenes_are_the_path_tracers(gpu: &Gpu) {
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
             // One frame suffices to compare the update with the upload; the mean of many is compared with the ground truth.
-            let updated = once.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            let updated = once.render(&uploaded, &camera, POSED.into()).unwrap();
             let fresh = once.upload(&scene).unwrap();
-            let fresh = once.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
+            let fresh = once.render(&fresh, &camera, POSED.into()).unwrap();
             assert_eq!(differing(&updated, &fresh), 0, "{sample} at {time}: the update differs from the upload");
-            let actual = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
+            let actual = renderer.render(&uploaded, &camera, POSED.into()).unwrap();
             let (actual, expected) = (linear(&actual), ground_truth(&scene, &camera));
             if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
                 for (kind, image) in [("actual", &actual), ("ground_truth", &expected)] {
@@ -166,10 +166,10 @@ fn gpu_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
         let (mut wrong, mut changed) = (0, 0);
         for time in TIMES {
             renderer.animate(&mut animated, &rest, Some((0, time * duration))).unwrap();
-            let actual = renderer.render(&animated, &camera, POSED.0, POSED.1).unwrap();
+            let actual = renderer.render(&animated, &camera, POSED.into()).unwrap();
             scene.pose(0, time * duration);
             let fresh = renderer.upload(&scene).unwrap();
-            let fresh = renderer.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
+            let fresh = renderer.render(&fresh, &camera, POSED.into()).unwrap();
             wrong += differing(&actual, &fresh);
             changed += last.replace(actual).map_or(0, |last| differing(&last, &fresh));
         }
@@ -251,7 +251,7 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
         scene.pose_at_rest();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let shown =
-            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, SIZE.into()).unwrap();
         let before = shown(&mut renderer, &uploaded);
         scene.pose(0, 1.0);
         renderer.update(&mut uploaded, &scene).unwrap();

@@ -49,7 +49,7 @@ fn still_life() -> (Scene, Camera) {
 fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
-    let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
+    let mut film = reference::Film::new(SIZE.into()).unwrap();
     tracer.render(camera, &mut film, samples);
     RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap()
 }
@@ -160,7 +160,7 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers(gpu: &Gpu) {
     let camera = Camera::look_at(Vec3::new(0.0, 0.6, 3.5), Vec3::new(0.0, 0.45, 0.0), projection);
     let settings = reference::Settings { max_depth: 3, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(&scene, settings).unwrap();
-    let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
+    let mut film = reference::Film::new(SIZE.into()).unwrap();
     tracer.render(&camera, &mut film, 1024);
     let expected = RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap();
     // Few lights are all weighted; many are selected by the tree: with additional dark lights the panel's light is the same.
@@ -228,7 +228,7 @@ fn gpu_points_and_areas_are_the_same_with_every_culling_technique(gpu: &Gpu) {
     let mut uploaded = renderer.upload(&scene).unwrap();
     for (scene, expected) in [(&scene, &all), (&points, &rendering(&points, Culling::NONE)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();
-        let actual = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+        let actual = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
         assert_eq!(differing(&actual, expected), 0, "{} lights", scene.lights.len());
     }
 }

@@ -175,7 +175,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
             _ => {}
         }
         let shown =
-            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, size.0, size.1).unwrap();
+            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, size.into()).unwrap();
         let actual = shown(&mut renderer, &uploaded);
         if frame == WARM {
             assert!(used.iter().all(|used| *used), "{used:?}");

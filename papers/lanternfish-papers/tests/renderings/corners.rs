@@ -122,11 +122,11 @@ fn gpu_sizes_out_of_reach_are_errors(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     for (width, height) in [(0, 5), (5, 0), (100_000, 5)] {
-        let error = renderer.render(&uploaded, &scene.cameras[0], width, height).unwrap_err();
+        let error = renderer.render(&uploaded, &scene.cameras[0], [width, height]).unwrap_err();
         assert!(matches!(error, RenderError::Size { .. }), "{error}");
         assert!(error.to_string().contains(&format!("{width} x {height}")), "{error}");
     }
-    renderer.render(&uploaded, &scene.cameras[0], 5, 5).expect("the renderer still works");
+    renderer.render(&uploaded, &scene.cameras[0], [5, 5]).expect("the renderer still works");
 }
 
 #[gpu_test(crate::gpu)]

@@ -103,7 +103,7 @@ fn gpu_views_that_share_clusters_equal_single_views(gpu: &Gpu) {
         let settings = Settings { culling, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
-        let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.0, SIZE.1)).collect();
+        let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.into())).collect();
         renderer.render_views(&scene, &views)
     };
     for samples in [Samples::One, Samples::Four] {
@@ -193,13 +193,13 @@ fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
     let other = cornell_in_rain(4);
     let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
-    let other = renderer.render(&other_scene, &other.1, SIZE.0 + 13, SIZE.1 - 20).unwrap();
+    let other = renderer.render(&other_scene, &other.1, [SIZE.0 + 13, SIZE.1 - 20]).unwrap();
     for run in 0..3 {
-        let again = renderer.render(&scene, camera, SIZE.0, SIZE.1).unwrap();
+        let again = renderer.render(&scene, camera, SIZE.into()).unwrap();
         assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
     }
     // Negative control.
-    let same_size = renderer.render(&other_scene, camera, SIZE.0, SIZE.1).unwrap();
+    let same_size = renderer.render(&other_scene, camera, SIZE.into()).unwrap();
     assert!(differing(&same_size, &first) > 1000 && other.width == SIZE.0 + 13);
 }
 

@@ -11,7 +11,7 @@ pub fn write_stripes(path: &Path, red: u8) {
         [if x >= SIZE[0] / 2 { grey + red } else { grey }, grey, grey]
     };
     let pixels: Vec<u8> = (0..SIZE[1]).flat_map(|_| (0..SIZE[0]).flat_map(pixel)).collect();
-    write_png(path, SIZE[0] as u32, SIZE[1] as u32, ColorType::Rgb, &pixels).unwrap();
+    write_png(path, [SIZE[0] as u32, SIZE[1] as u32], ColorType::Rgb, &pixels).unwrap();
 }
 
 /// Blue, green and red of a pixel.

@@ -39,7 +39,7 @@ fn a_preset_sets_what_it_names_and_nothing_else() {
     expected.shadow_rays = 7;
     harness.state_mut().state.settings.shadow_rays = 7;
     for preset in [Preset::Draft, Preset::Realtime, Preset::Best, Preset::Good] {
-        harness.get_by_label(preset.name()).click();
+        harness.get_by_label(&preset.to_string()).click();
         harness.run();
         let of_preset = Settings::of_preset(preset);
         // After realtime, direct light is the window's own choice again; the history stays.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::Frame;
-use lanternfish_scene::{Bounds, Light, Scene, motion::Pose};
+use lanternfish_scene::{Bounds, Light, Scene, SceneFault, motion::Pose};
 
 use super::{
     super::{GpuScene, validate},
@@ -25,7 +25,7 @@ struct Step {
 /// The transforms of nodes at a time: an animation's index and seconds; `None`: the file's rest pose.
 fn pose_at(scene: &Scene, moment: Option<(usize, f32)>) -> Result<Pose, RenderError> {
     let motion = &scene.motion;
-    motion.check_things(scene).map_err(|what| RenderError::InvalidScene { what })?;
+    motion.check_things(scene).map_err(|what| SceneFault::Motion { what })?;
     let Some((number, time)) = moment else { return Ok(motion.pose(None)) };
     let count = motion.animations.len();
     let animation = motion.animations.get(number).ok_or(RenderError::NoAnimation { number, count })?;
@@ -60,7 +60,7 @@ impl GpuScene {
         let is_within = |p: Vec3| p.abs().cmple(Vec3::splat(Scene::FARTHEST)).all();
         if bounds.iter().any(|(_, b)| *b != Bounds::EMPTY && !(is_within(b.min) && is_within(b.max))) {
             let what = format!("vertices are deformed beyond {:e} m", Scene::FARTHEST);
-            return Err(RenderError::InvalidScene { what });
+            return Err(SceneFault::Motion { what }.into());
         }
         let bends = bend.is_some();
         if bends {

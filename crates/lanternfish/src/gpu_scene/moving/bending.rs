@@ -5,7 +5,7 @@ use super::DECLARED;
 use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, storage_buffer_of};
 use lanternfish_scene::{
-    Bounds, Scene,
+    Bounds, Scene, SceneFault,
     motion::{Deformation, DeformedMesh, Pose, Reach},
 };
 
@@ -207,7 +207,7 @@ impl Bending {
         // False for NaN, too.
         if !entries.into_iter().all(|entry| entry.abs() <= Scene::FARTHEST) {
             let what = format!("a joint's transform or a weight is not finite, or beyond {:e}", Scene::FARTHEST);
-            return Err(RenderError::InvalidScene { what });
+            return Err(SceneFault::Motion { what }.into());
         }
         Ok(Bend { joints, weights })
     }

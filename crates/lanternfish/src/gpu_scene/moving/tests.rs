@@ -343,7 +343,7 @@ fn gpu_motion_includes_deformation_on_the_device(gpu: &Gpu) {
                 posed.pose(0, time);
                 renderer.update(&mut uploaded, &posed).unwrap();
             }
-            renderings.push(renderer.render(&uploaded, &camera, 60, 40).unwrap().display);
+            renderings.push(renderer.render(&uploaded, &camera, [60, 40]).unwrap().display);
         }
         renderings
     };
@@ -362,9 +362,9 @@ fn gpu_mirroring_an_instance_resets_motion(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut moving = |transform: Affine3A| {
-        renderer.render(&uploaded, &camera, 60, 40).unwrap();
+        renderer.render(&uploaded, &camera, [60, 40]).unwrap();
         renderer.move_instances(&mut uploaded, &[(3, transform)]).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, 60, 40).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, [60, 40]).unwrap();
         rendering.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count()
     };
     let transform = scene.instances[3].world_from_object;

@@ -59,7 +59,7 @@ fn gpu_tracing_requires_the_uploaded_structure(gpu: &Gpu) {
     let mut uploaded = without.upload(&scene()).unwrap();
     let mut tracing = renderer(gpu, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
     is_other_settings(tracing.update(&mut uploaded, &scene()));
-    is_other_settings(tracing.refine(&uploaded, &[(&camera(), 16, 12)]));
+    is_other_settings(tracing.refine(&uploaded, &[(&camera(), [16, 12])]));
 
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -77,7 +77,7 @@ fn gpu_a_scene_of_another_device_is_refused(gpu: &Gpu) {
     let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let mut uploaded = renderer(&other, direct()).upload(&scene()).unwrap();
     let mut renderer = renderer(gpu, direct());
-    is_other_device(renderer.render(&uploaded, &camera(), 16, 12));
-    is_other_device(renderer.refine(&uploaded, &[(&camera(), 16, 12)]));
+    is_other_device(renderer.render(&uploaded, &camera(), [16, 12]));
+    is_other_device(renderer.refine(&uploaded, &[(&camera(), [16, 12])]));
     is_other_device(renderer.update(&mut uploaded, &scene()));
 }

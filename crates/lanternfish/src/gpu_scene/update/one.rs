@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lanternfish_gpu::GpuError;
-use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
+use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene, SceneFault};
 
 use super::{
     super::{GpuScene, emissive, moving::Sent},
@@ -31,10 +31,10 @@ impl GpuScene {
         light: Option<&SceneLight>,
     ) -> Result<(), RenderError> {
         if let Some(light) = light {
-            let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
+            let invalid = |what: &str| SceneFault::Light { index, name: light.name.clone(), what: what.to_owned() };
             light.validate().map_err(invalid)?;
             if light.position.abs().max_element() > Scene::FARTHEST {
-                return Err(invalid("it is too far from the origin"));
+                return Err(invalid("it is too far from the origin").into());
             }
         }
         let count = self.lights.on_host.len();
@@ -80,7 +80,7 @@ impl GpuScene {
         material: &Material,
     ) -> Result<Sent, RenderError> {
         let needs_update = |what: &str| Err(RenderError::NeedsUpdate { what: format!("material {index}: {what}") });
-        let invalid = |what| RenderError::InvalidScene { what: format!("material {index}: {what}") };
+        let invalid = |what| SceneFault::Material { index, name: material.name.clone(), what };
         material.validate(self.placed.outline.texture_count()).map_err(invalid)?;
         match self.placed.outline.has_kind_of(index, material) {
             None => return needs_update("so many were not uploaded"),

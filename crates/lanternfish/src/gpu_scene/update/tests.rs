@@ -53,7 +53,7 @@ fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
 }
 
 fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> RenderedImage {
-    renderer.render(uploaded, &scene.cameras[0], 120, 120).unwrap()
+    renderer.render(uploaded, &scene.cameras[0], [120, 120]).unwrap()
 }
 
 fn differing(a: &RenderedImage, b: &RenderedImage) -> usize {
@@ -271,7 +271,7 @@ fn gpu_update_writes_material_factors(gpu: &Gpu) {
         let mut uploaded = renderer.upload(&before).unwrap();
         let (generation, mut scene) = (uploaded.generation(), before.clone());
         let small = |renderer: &mut Renderer, uploaded: &GpuScene| {
-            renderer.render(uploaded, &before.cameras[0], 40, 40).unwrap()
+            renderer.render(uploaded, &before.cameras[0], [40, 40]).unwrap()
         };
         let mut last = small(&mut renderer, &uploaded);
         for (name, change) in changes {

@@ -118,7 +118,7 @@ fn gpu_counted_bounces_survive_migration(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut light = |frames: usize| {
-        let renderings = (0..frames).map(|_| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
+        let renderings = (0..frames).map(|_| renderer.render(&uploaded, &camera, SIZE.into()).unwrap());
         let light: f64 = renderings.map(|rendering| mean(&walks::pixels(&rendering))).sum();
         light / frames as f64
     };
@@ -137,8 +137,8 @@ fn gpu_cached_light_is_reproducible(gpu: &Gpu) {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let elsewhere = looking([0.5, 1.5, 2.0], [0.0, 0.5, 0.0]);
-    renderer.render(&uploaded, &elsewhere, 40, 30).unwrap();
-    let again = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+    renderer.render(&uploaded, &elsewhere, [40, 30]).unwrap();
+    let again = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
     let again: Vec<Vec3> = again.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
     assert_eq!(first, again);
 }
@@ -153,7 +153,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce(gpu: &Gpu) {
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, LARGE.into()).unwrap();
         let pixels: Vec<Vec3> = rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
         let counted =
             |name: &str| rendering.report.counters.iter().find(|(counter, _)| counter == name).map(|(_, n)| *n);
@@ -214,7 +214,7 @@ fn gpu_migrated_entries_keep_their_light(gpu: &Gpu) {
     let rendered = || {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 140)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
+        renderer.render(&uploaded, &camera, SIZE.into()).unwrap()
     };
     let rendering = rendered();
     assert!(rendering.radiance == rendered().radiance, "another image from the same entries");
@@ -298,7 +298,7 @@ fn gpu_table_growth_does_not_change_the_image(gpu: &Gpu) {
         FIRST_ENTRIES_IN_TESTS.set(first_entries);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 3)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let [rendering, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
+        let [rendering, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.into()).unwrap());
         let counted =
             |name: &str| rendering.report.counters.iter().find(|(counter, _)| counter == name).map(|(_, n)| *n);
         let counts = ["radiance_cache/entries", "radiance_cache/lost", "indirect/lost_entries"];

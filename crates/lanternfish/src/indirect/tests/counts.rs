@@ -11,7 +11,7 @@ fn gpu_rays_are_counted(gpu: &Gpu) {
     let counted = |scene: &Scene, camera: &Camera| {
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
-        let report = renderer.render(&uploaded, camera, LARGE.x, LARGE.y).unwrap().report;
+        let report = renderer.render(&uploaded, camera, LARGE.into()).unwrap().report;
         let count = |name: &str| report.counters.iter().find(|(counter, _)| counter == name).expect(name).1;
         ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
     };
@@ -96,7 +96,7 @@ fn gpu_first_frames_have_more_rays(gpu: &Gpu) {
         let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.x, SIZE.y).unwrap();
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap();
         let count = |name| rendering.report.counters.iter().find(|(counter, _)| counter == name).unwrap().1;
         (["indirect/rays", "indirect/emitter_rays"].map(count), rendering.radiance)
     };
@@ -123,7 +123,7 @@ fn gpu_entries_with_long_history_get_fewer_samples(gpu: &Gpu) {
         scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
         let uploaded = renderer.upload(&scene).unwrap();
         let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-        let counters = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().report.counters;
+        let counters = renderer.render(&uploaded, &camera, SIZE.into()).unwrap().report.counters;
         let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
         count("radiance_cache/samples") / count("radiance_cache/entries")
     };
@@ -146,7 +146,7 @@ fn gpu_first_samples_follow_the_hits(gpu: &Gpu) {
         let rays = Sampled { diffuse_rays, first_rays: 1, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let counters = renderer.render(&uploaded, &camera, size.x, size.y).unwrap().report.counters;
+        let counters = renderer.render(&uploaded, &camera, size.into()).unwrap().report.counters;
         let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
         count("radiance_cache/samples") / count("radiance_cache/entries")
     };

@@ -60,7 +60,7 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
+        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.into()).unwrap());
         pixels(&renderings.by_ref().last().unwrap())
     };
     let [without, with] = [History::Off, History::On].map(walked);
@@ -73,9 +73,9 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         (0..last).for_each(|step| {
-            renderer.refine(&uploaded, &[(&at(step), SIZE.x, SIZE.y)]).unwrap();
+            renderer.refine(&uploaded, &[(&at(step), SIZE.into())]).unwrap();
         });
-        let mut refine = || pixels(&renderer.refine(&uploaded, &[(&at(last), SIZE.x, SIZE.y)]).unwrap()[0]);
+        let mut refine = || pixels(&renderer.refine(&uploaded, &[(&at(last), SIZE.into())]).unwrap()[0]);
         let first = refine();
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
@@ -107,7 +107,7 @@ fn gpu_accumulation_follows_changing_light(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, few())).unwrap();
     let mut uploaded = renderer.upload(&lit).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-        pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+        pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap())
     };
     (0..12).for_each(|_| {
         render(&mut renderer, &uploaded);
@@ -152,7 +152,7 @@ fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, rays)).unwrap();
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-            mean(&pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap()))
+            mean(&pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap()))
         };
         (0..16).for_each(|_| {
             render(&mut renderer, &uploaded);
@@ -196,7 +196,7 @@ fn gpu_moving_surfaces_keep_their_history_without_ghosts(gpu: &Gpu) {
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();
-            pixels(&renderer.render(&uploaded, &camera, LARGE.x, LARGE.y).unwrap())
+            pixels(&renderer.render(&uploaded, &camera, LARGE.into()).unwrap())
         });
         moved.last().unwrap()
     };

@@ -59,7 +59,7 @@ impl<'g> Frames<'g> {
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let frame = renderer.record(&mut commands, uploaded, &views).unwrap();
         gpu.queue.submit([commands.finish()]);
-        renderer.submitted(frame);
+        let frame = renderer.submitted(frame);
         let rendering = renderer.read(frame).unwrap().remove(0);
         mean(&rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>())
     }

@@ -25,7 +25,7 @@ fn gpu_a_renderer_with_changed_settings_equals_a_new_one(gpu: &Gpu) {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let mut renderer = Renderer::with_engine(&engine, bvh()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
-    renderer.render(&uploaded, camera, 32, 24).unwrap();
+    renderer.render(&uploaded, camera, [32, 24]).unwrap();
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
     let sampled = Settings { indirect: Indirect::from(few), ..bvh() };
     let more = Settings { indirect: Indirect::from(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
@@ -50,24 +50,24 @@ fn gpu_a_renderer_with_changed_settings_equals_a_new_one(gpu: &Gpu) {
         println!("{name}: {change:?}, {before:?} -> {compiled:?}");
         assert_eq!(change, expected, "{name}");
         if change == Change::Upload {
-            let refused = renderer.render(&uploaded, camera, 32, 24);
+            let refused = renderer.render(&uploaded, camera, [32, 24]);
             assert!(matches!(refused, Err(RenderError::OtherSettings { .. })), "{name}");
             uploaded = renderer.upload(&scene).unwrap();
         }
-        let actual = shown(renderer.render(&uploaded, camera, 32, 24).unwrap());
+        let actual = shown(renderer.render(&uploaded, camera, [32, 24]).unwrap());
         if change == Change::Uniform {
             assert_eq!(engine.compilations(), before, "{name}");
         }
         let mut fresh = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
         let its_own = fresh.upload(&scene).unwrap();
-        let rendering = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
+        let rendering = shown(fresh.render(&its_own, camera, [32, 24]).unwrap());
         assert!(actual == rendering, "{name}: another image");
         assert_eq!(renderer.settings(), &settings);
         // A renderer with the same settings compiles nothing, and an engine compiles everything only once.
         let compiled = engine.compilations();
         let mut second = Renderer::with_engine(&engine, settings).unwrap();
         let uploaded = second.upload(&scene).unwrap();
-        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == rendering, "{name}: another image");
+        assert!(shown(second.render(&uploaded, camera, [32, 24]).unwrap()) == rendering, "{name}: another image");
         assert_eq!(engine.compilations(), compiled, "{name}: compiled again");
         // Check that the test can fail: a new engine compiles more than the change needs.
         assert!(compiled.pipelines - before.pipelines < fresh.engine().compilations().pipelines, "{name}");
@@ -79,7 +79,7 @@ fn gpu_invalid_settings_leave_the_current_ones(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
-    let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap());
+    let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap());
     let before = render(&mut renderer);
     // An exposure set with `set_exposure` also changes the settings.
     let auto = Settings { exposure: Exposure::Auto, ..bvh() };

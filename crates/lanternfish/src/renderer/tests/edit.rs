@@ -34,7 +34,7 @@ fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let view = ViewRequest::of_camera(0, camera, [32, 24], Target::Own);
-    let shown = |renderer: &mut Renderer| renderer.render(&uploaded, camera, 32, 24).unwrap().radiance;
+    let shown = |renderer: &mut Renderer| renderer.render(&uploaded, camera, [32, 24]).unwrap().radiance;
     renderer.ready(&uploaded, &[view]).unwrap();
     let own = shown(&mut renderer);
 
@@ -61,7 +61,7 @@ fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing(gpu: &Gpu) {
     // Another renderer of the engine uses the replacements, and a change of settings compiles them too.
     let mut other = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let again = other.upload(&scene).unwrap();
-    assert_eq!(other.render(&again, camera, 32, 24).unwrap().radiance, dark);
+    assert_eq!(other.render(&again, camera, [32, 24]).unwrap().radiance, dark);
     renderer.set(Settings { exposure: Exposure::Ev(1.0), indirect: Indirect::NONE, ..settings.clone() }).unwrap();
     renderer.set(settings).unwrap();
     assert_eq!(shown(&mut renderer), dark);

@@ -67,7 +67,7 @@ fn frame(
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let frame = renderer.record(&mut commands, scene, views)?;
     gpu.queue.submit([commands.finish()]);
-    renderer.submitted(frame);
+    let frame = renderer.submitted(frame);
     Ok(frame)
 }
 
@@ -110,7 +110,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit(gpu: &Gpu) {
         };
         for step in 0..2 {
             let camera = camera(&scene, step);
-            let expected = waiting.render(&uploaded, &camera, SIZE[0], SIZE[1]).unwrap();
+            let expected = waiting.render(&uploaded, &camera, SIZE).unwrap();
             for (key, target) in targets().enumerate() {
                 let request = [ViewRequest::of_camera(key as u64, &camera, SIZE, target)];
                 renderer.ready(&uploaded, &request).unwrap();
@@ -138,7 +138,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit(gpu: &Gpu) {
             assert!(expected.radiance.iter().any(|texel| texel[1] > 0.0));
         }
         // Check that the test can fail: another camera gives another image.
-        let other = waiting.render(&uploaded, &camera(&scene, 7), SIZE[0], SIZE[1]).unwrap();
+        let other = waiting.render(&uploaded, &camera(&scene, 7), SIZE).unwrap();
         assert!(bytes(gpu, &shown[0]) != other.display);
         assert_eq!(renderer.engine().compilations(), waiting.engine().compilations());
     }
@@ -150,11 +150,11 @@ fn gpu_two_views_of_a_frame_show_what_they_show_in_an_image(gpu: &Gpu) {
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
     let cameras = [camera(&scene, 0), camera(&scene, 3)];
-    let views = [(&cameras[0], 48, 32), (&cameras[1], 20, 30)];
+    let views = [(&cameras[0], [48, 32]), (&cameras[1], [20, 30])];
     let expected = waiting.render_views(&uploaded, &views).unwrap();
-    let textures = views.map(|(_, width, height)| texture(gpu, wgpu::TextureFormat::Rgba8Unorm, [width, height]));
+    let textures = views.map(|(_, size)| texture(gpu, wgpu::TextureFormat::Rgba8Unorm, size));
     let requests = [0, 1].map(|i| {
-        let (camera, width, height) = views[i];
+        let (camera, [width, height]) = views[i];
         let target = Target::Display(&textures[i], wgpu::TextureFormat::Rgba8Unorm);
         ViewRequest::of_camera(i as u64, camera, [width, height], target)
     });
@@ -225,7 +225,7 @@ fn gpu_no_call_waits_for_a_busy_device(gpu: &Gpu) {
         let begin = std::time::Instant::now();
         gpu.queue.submit([commands.finish()]);
         let submitted = begin.elapsed();
-        renderer.submitted(first);
+        let first = renderer.submitted(first);
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let second = renderer.record(&mut commands, &uploaded, &view(1)).unwrap();
         let recorded = begin.elapsed() - submitted;
@@ -238,7 +238,7 @@ fn gpu_no_call_waits_for_a_busy_device(gpu: &Gpu) {
         assert!(actual[0].frame == first && actual[0].is_complete, "{actual:?}");
         assert_eq!(renderer.pool.get_mut().unwrap().waits(), waits);
         gpu.queue.submit([commands.finish()]);
-        renderer.submitted(second);
+        let second = renderer.submitted(second);
         assert!(report(gpu, &mut renderer, second).is_complete);
     }
 }
@@ -269,7 +269,7 @@ fn gpu_ten_frames_are_in_flight(gpu: &Gpu) {
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
     let cameras: Vec<_> = (0..FRAMES).map(|step| camera(&scene, step)).collect();
-    let mut rendering = |camera| waiting.render(&uploaded, camera, SIZE[0], SIZE[1]).unwrap().display;
+    let mut rendering = |camera| waiting.render(&uploaded, camera, SIZE).unwrap().display;
     let expected: Vec<_> = cameras.iter().map(&mut rendering).collect();
     let textures: Vec<_> = (0..FRAMES).map(|_| texture(gpu, wgpu::TextureFormat::Rgba8Unorm, SIZE)).collect();
     let request = |i: usize| {
@@ -304,7 +304,12 @@ fn gpu_a_repeated_frame_in_the_callers_commands_allocates_nothing(gpu: &Gpu) {
         let camera = camera(&scene, step % 3);
         let views = [
             ViewRequest::of_camera(1, &camera, SIZE, Target::Display(&shown, wgpu::TextureFormat::Bgra8Unorm)),
-            ViewRequest::of_camera(2, &camera, SIZE, Target::Sums { direct: &irradiance[0], indirect: &irradiance[1] }),
+            ViewRequest::of_camera(
+                2,
+                &camera,
+                SIZE,
+                Target::Demodulated { direct: &irradiance[0], indirect: &irradiance[1] },
+            ),
         ];
         if step == 0 {
             renderer.ready(&uploaded, &views).unwrap();
@@ -329,7 +334,7 @@ fn gpu_a_frame_that_overflows_shows_what_was_there_before(gpu: &Gpu) {
     let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
     let scenes = [renderer.upload(&few).unwrap(), renderer.upload(&many).unwrap()];
     let view = camera(&few, 0);
-    let [before, after] = [0, 1].map(|i: usize| waiting.render(&scenes[i], &view, SIZE[0], SIZE[1]).unwrap());
+    let [before, after] = [0, 1].map(|i: usize| waiting.render(&scenes[i], &view, SIZE).unwrap());
     assert!(before.display != after.display);
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let (shown, radiance) = (texture(gpu, format, SIZE), texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
@@ -353,7 +358,7 @@ fn gpu_a_frame_that_overflows_shows_what_was_there_before(gpu: &Gpu) {
     let (third, display, light) = next(&scenes[1]);
     assert!(third.is_complete && display == after.display && light == after.radiance, "{third:?}");
     // Images can still be rendered, also between frames.
-    assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
+    assert!(renderer.render(&scenes[0], &view, SIZE).unwrap().display == before.display);
 }
 
 /// Updates between frames in flight: each frame shows the scene at its submission.
@@ -381,7 +386,7 @@ fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted(gpu: &Gpu) {
     let mut own = waiting.upload(&demo("cornell").unwrap()).unwrap();
     for (i, scene) in expected.iter().enumerate() {
         waiting.update(&mut own, scene).unwrap();
-        let rendering = waiting.render(&own, &view, SIZE[0], SIZE[1]).unwrap();
+        let rendering = waiting.render(&own, &view, SIZE).unwrap();
         assert!(bytes(gpu, &textures[i]) == rendering.display, "frame {i}");
         assert!(i == 0 || bytes(gpu, &textures[i - 1]) != rendering.display, "the image did not change");
     }
@@ -394,7 +399,7 @@ fn gpu_a_mean_continues_over_frames(gpu: &Gpu) {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let view = camera(&scene, 0);
-    let expected = renderer.render(&uploaded, &view, SIZE[0], SIZE[1]).unwrap().radiance;
+    let expected = renderer.render(&uploaded, &view, SIZE).unwrap().radiance;
     let radiance = texture(gpu, wgpu::TextureFormat::Rgba32Float, SIZE);
     let requests = [ViewRequest::of_camera(1, &view, SIZE, Target::Radiance(&radiance))];
     renderer.ready(&uploaded, &requests).unwrap();

@@ -41,7 +41,7 @@ fn gpu_a_mean_contains_only_complete_frames(gpu: &Gpu) {
         let uploaded = renderer.upload(&scene).unwrap();
         let refine = |renderer: &mut Renderer| {
             let rendering: RenderedImage =
-                renderer.refine(&uploaded, &[(&scene.cameras[0], 24, 16)]).unwrap().remove(0);
+                renderer.refine(&uploaded, &[(&scene.cameras[0], [24, 16])]).unwrap().remove(0);
             rendering.radiance
         };
         let mut last = Vec::new();

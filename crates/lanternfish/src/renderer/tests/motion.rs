@@ -46,7 +46,7 @@ fn is(found: [u8; 3], expected: [f32; 3]) -> bool {
 }
 
 fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3] {
-    color(&renderer.render(scene, camera, SIZE[0], SIZE[1]).unwrap().display)
+    color(&renderer.render(scene, camera, SIZE).unwrap().display)
 }
 
 #[gpu_test]
@@ -86,7 +86,7 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let frame = renderer.record(&mut commands, scene, &requests.collect::<Vec<_>>()).unwrap();
     gpu.queue.submit([commands.finish()]);
-    renderer.submitted(frame);
+    let frame = renderer.submitted(frame);
     renderer.read(frame).unwrap().iter().map(|rendering| color(&rendering.display)).collect()
 }
 
@@ -129,7 +129,7 @@ fn gpu_no_motion_buffers_without_a_request(gpu: &Gpu) {
             scene.meshes[0].primitives[0].positions[0].x += 0.1;
             renderer.update(&mut uploaded, &scene).unwrap();
             renderer.move_instances(&mut uploaded, &[(0, pixels(i as f32, 0.0))]).unwrap();
-            renderer.render(&uploaded, &camera(0.0, 0.0), SIZE[0], SIZE[1]).unwrap();
+            renderer.render(&uploaded, &camera(0.0, 0.0), SIZE).unwrap();
             uploaded.kept_buffers()
         };
         assert!(frame(0).is_empty(), "no earlier frame requests motion");

@@ -76,7 +76,8 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
         }
         let size = [8, 24, 16, 40, 32][(i / 2 % 5) as usize];
         let cameras = [camera(&scene, i % 20), camera(&scene, i % 20 + 3)];
-        let views: Vec<_> = cameras.iter().take(1 + (i / 10 % 2) as usize).map(|camera| (camera, size, size)).collect();
+        let views: Vec<_> =
+            cameras.iter().take(1 + (i / 10 % 2) as usize).map(|camera| (camera, [size, size])).collect();
         let views = renderer.views(&uploaded, &views).unwrap();
         let is_averaged = i % 20 < 10;
         renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();

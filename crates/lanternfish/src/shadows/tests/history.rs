@@ -88,7 +88,7 @@ fn gpu_history_reduces_soft_shadow_noise_in_motion(gpu: &Gpu) {
             let mut renderer = renderer(gpu, settings(history, 2));
             let uploaded = renderer.upload(&scene).unwrap();
             let mut refine = |camera: &Camera| {
-                let renderings = renderer.refine(&uploaded, &[(camera, SIZE.0, SIZE.1)]).unwrap();
+                let renderings = renderer.refine(&uploaded, &[(camera, SIZE.into())]).unwrap();
                 pixels(&renderings[0])
             };
             walk.iter().for_each(|camera| drop(refine(camera)));
@@ -146,7 +146,7 @@ fn gpu_a_soft_shadow_follows_its_lamp(gpu: &Gpu) {
     let mut renderer = renderer(gpu, settings(History::On, 2));
     let mut uploaded = renderer.upload(&before).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-        pixels(&renderer.render(uploaded, camera, SIZE.0, SIZE.1).unwrap())
+        pixels(&renderer.render(uploaded, camera, SIZE.into()).unwrap())
     };
     (0..16).for_each(|_| drop(render(&mut renderer, &uploaded)));
     let settled = off(&render(&mut renderer, &uploaded), &walked(gpu, settings(History::Off, 255), &before, &steps(1)));
@@ -172,7 +172,7 @@ fn gpu_visibility_ratios_do_not_depend_on_bands(gpu: &Gpu) {
         let renderings: Vec<_> = steps(3)
             .iter()
             .map(|camera| {
-                let rendering = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
+                let rendering = renderer.render(&uploaded, camera, SIZE.into()).unwrap();
                 let counters = rendering.report.counters.iter();
                 bands = counters.filter(|(name, _)| *name == "shadows/bands").map(|(_, count)| *count).sum();
                 rendering.radiance

@@ -20,7 +20,7 @@ const RADIUS: f32 = 0.2;
 fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size: (u32, u32)) -> Vec<f64> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, camera, size.0, size.1).unwrap();
+    let rendering = renderer.render(&uploaded, camera, size.into()).unwrap();
     rendering.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).collect()
 }
 
@@ -105,7 +105,7 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands(gpu: &Gpu) {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, 56, 40).unwrap();
+        let rendering = renderer.render(&uploaded, &camera, [56, 40]).unwrap();
         let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
         (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), rendering.radiance)
     };

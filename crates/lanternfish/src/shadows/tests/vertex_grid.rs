@@ -29,7 +29,7 @@ fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)], assumed_bits: Option<i32>) ->
     let mut scene = moved(&apart(&demo("cornell").unwrap()), 7, 0.2);
     scene.lights = light_rain(&scene.bounds(), 2, None, 1, 0.0);
     let uploaded = renderer.upload(&scene).unwrap();
-    renderer.render(&uploaded, &scene.cameras[0], 40, 40).unwrap().radiance
+    renderer.render(&uploaded, &scene.cameras[0], [40, 40]).unwrap().radiance
 }
 
 /// Graphics cards have 8 bits, the least allowed are 4; software renderers may have no grid.

@@ -5,7 +5,7 @@ use super::*;
 const SMALL: (u32, u32) = (16, 16);
 
 fn image(renderer: &mut Renderer, uploaded: &lanternfish::GpuScene, scene: &Scene) -> RenderedImage {
-    let image = renderer.render(uploaded, &scene.cameras[0], SMALL.0, SMALL.1).unwrap();
+    let image = renderer.render(uploaded, &scene.cameras[0], SMALL.into()).unwrap();
     assert!(image.radiance.iter().flatten().all(|value| value.is_finite()));
     image
 }

@@ -52,7 +52,7 @@ fn complete_frame(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, scene
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         let frame = renderer.record(&mut commands, uploaded, &[request]).unwrap();
         gpu.queue.submit([commands.finish()]);
-        renderer.submitted(frame);
+        let frame = renderer.submitted(frame);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
         if report.is_complete {

@@ -40,7 +40,7 @@ fn settings(indirect: Indirect) -> Settings {
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> RenderedImage {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    renderer.render(&uploaded, camera, size.x, size.y).unwrap()
+    renderer.render(&uploaded, camera, size.into()).unwrap()
 }
 
 fn render_technique(gpu: &Gpu, technique: PhotonSplatting, scene: &Scene, camera: &Camera) -> RenderedImage {

@@ -101,5 +101,5 @@ fn choices_are_the_shaders_constants() {
     assert_eq!([Residual::Lost, Residual::Scaled, Residual::FarLights].map(|r| r as u32), [0, 1, 2]);
     assert_eq!(constant("scatter", "ROOT_OF_COSINE"), Emission::Root as u32);
     let texels = MapSize::ALL.iter().map(|size| size.texels().to_string());
-    assert!(texels.eq(MapSize::ALL.iter().map(|size| size.name().to_owned())));
+    assert!(texels.eq(MapSize::ALL.iter().map(|size| size.to_string())));
 }

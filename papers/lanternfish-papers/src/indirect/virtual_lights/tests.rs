@@ -31,7 +31,7 @@ fn settings(indirect: Indirect) -> Settings {
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> RenderedImage {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap()
+    renderer.render(&uploaded, camera, SIZE.into()).unwrap()
 }
 
 fn render_technique(gpu: &Gpu, technique: VirtualLights, scene: &Scene, camera: &Camera) -> RenderedImage {
@@ -300,14 +300,14 @@ fn gpu_views_share_virtual_lights_and_an_update_moves_them(gpu: &Gpu) {
     let alone = [&camera, &other].map(|camera| render(gpu, settings.clone(), &scene, camera).radiance);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
-    let views = [(&camera, SIZE.x, SIZE.y), (&other, SIZE.x, SIZE.y)];
+    let views = [(&camera, SIZE.into()), (&other, SIZE.into())];
     let together = renderer.render_views(&uploaded, &views).unwrap();
     for (alone, together) in alone.iter().zip(&together) {
         assert!(*alone == together.radiance);
     }
     scene.lights[0].position.x += 0.3;
     renderer.update(&mut uploaded, &scene).unwrap();
-    let moved = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance;
+    let moved = renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance;
     assert!(moved != alone[0] && moved == render(gpu, settings, &scene, &camera).radiance);
 }
 

@@ -65,7 +65,7 @@ fn gpu_a_light_is_tested_against_the_tiles_of_its_outline(gpu: &Gpu) {
         // 5 by 5 tiles; the view axis passes through the middle of the central one.
         let mut tests = |light: Light| {
             let uploaded = renderer.upload(&Scene { lights: vec![light], ..scene.clone() }).unwrap();
-            let report = renderer.render(&uploaded, &camera, 80, 80).unwrap().report;
+            let report = renderer.render(&uploaded, &camera, [80, 80]).unwrap().report;
             let counter = |name: &str| report.counters.iter().find(|(label, _)| label == name).unwrap().1;
             (counter("light_culling/light_tests"), counter("light_culling/listed_lights") > 0)
         };

@@ -33,7 +33,7 @@ fn settings(occlusion: Occlusion) -> Settings {
 fn rendering(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    pixels(&renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().radiance)
+    pixels(&renderer.render(&uploaded, camera, SIZE.into()).unwrap().radiance)
 }
 
 fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
@@ -169,7 +169,7 @@ fn gpu_moved_objects_are_lit_at_their_new_position(gpu: &Gpu) {
         let settings = settings(occlusion.clone());
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
-        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
+        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap().radiance);
         let before = render(&uploaded);
         assert!(before == render(&uploaded), "{occlusion:?}: differs from frame to frame");
         let mut moved = scene.clone();
@@ -198,7 +198,7 @@ fn gpu_light_is_the_path_tracers(gpu: &Gpu) {
         light_choice: LightChoice::Uniform,
         ..TracerSettings::default()
     };
-    let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+    let mut film = Film::new(SIZE.into()).unwrap();
     Tracer::new(&scene, tracer).unwrap().render(&camera, &mut film, 96);
     let ground_truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
     let actual = |occlusion, accumulate, scene: &Scene| {

@@ -31,7 +31,7 @@ fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
     let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+    let rendering = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
     let corner = SIZE / 2 - 8;
     let pixels = (0..256).map(|i| corner + UVec2::new(i % 16, i / 16)).map(|p| (SIZE.x * p.y + p.x) as usize);
     pixels.map(|pixel| Vec4::from(rendering.radiance[pixel]).truncate()).sum::<Vec3>() / 256.0
@@ -127,9 +127,9 @@ fn gpu_glass_may_be_in_a_later_view_only(gpu: &Gpu) {
     for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
+        let [towards, away] = [(&towards, SIZE.into()), (&away, [SIZE.y, SIZE.x])];
         let renderings = renderer.render_views(&uploaded, &[away, towards, away, towards]).unwrap();
-        let alone = renderer.render(&uploaded, towards.0, SIZE.x, SIZE.y).unwrap();
+        let alone = renderer.render(&uploaded, towards.0, SIZE.into()).unwrap();
         assert!(renderings[1].radiance == alone.radiance && renderings[3].radiance == alone.radiance);
         assert!(renderings[0].radiance.iter().all(|pixel| pixel[..3] == [1.0; 3]), "the sky alone");
     }

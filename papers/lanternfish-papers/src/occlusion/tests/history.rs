@@ -54,7 +54,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away(gpu: &Gpu)
     // The direction set is rotated between the frames of a mean, not between frames: at rest, the frames average over all texels.
     let mut rested = renderer(gpu, settings(History::On));
     let uploaded = rested.upload(&scene).unwrap();
-    let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.0, SIZE.1).unwrap()).last().unwrap();
+    let ground_truth = (0..48).map(|_| rested.render(&uploaded, &last[0], SIZE.into()).unwrap()).last().unwrap();
     let ground_truth = pixels(&ground_truth);
     let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history), &scene, &walk));
     let [noise, accumulated] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
@@ -73,11 +73,11 @@ fn gpu_moved_objects_reset_the_history_of_ambient_visibility(gpu: &Gpu) {
     block.world_from_object = Affine3A::from_translation(Vec3::new(0.3, 0.4, 0.2)) * block.world_from_object;
     let mut renderer = renderer(gpu, settings(History::On));
     let mut uploaded = renderer.upload(&before).unwrap();
-    (0..8).for_each(|_| drop(renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()));
+    (0..8).for_each(|_| drop(renderer.render(&uploaded, camera, SIZE.into()).unwrap()));
     renderer.update(&mut uploaded, &after).unwrap();
-    let moved = pixels(&renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap());
+    let moved = pixels(&renderer.render(&uploaded, camera, SIZE.into()).unwrap());
     let alone = walked(gpu, settings(History::Off), &after, &steps(1));
-    let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap()).last().unwrap();
+    let later = (0..8).map(|_| renderer.render(&uploaded, camera, SIZE.into()).unwrap()).last().unwrap();
     assert!(moved == alone, "error {}", off(&moved, &alone));
     // Later frames accumulate the new state.
     assert!(off(&pixels(&later), &alone) < 0.05, "{}", off(&pixels(&later), &alone));

@@ -118,7 +118,7 @@ fn gpu_deep_images_follow_a_lamp_that_moves(gpu: &Gpu) {
     for tracer in TRACERS {
         let mut renderer = renderer(gpu, deep(tracer, 128));
         let mut uploaded = renderer.upload(&here).unwrap();
-        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
+        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap().radiance);
         let before = render(&uploaded);
         self::renderer(gpu, deep(tracer, 128)).update(&mut uploaded, &there).unwrap();
         let after = render(&uploaded);
@@ -187,7 +187,7 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
         let settings = Settings { accumulate: 2, structure, ..settings(rays) };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, 61, 45).unwrap().radiance
+        renderer.render(&uploaded, &camera, [61, 45]).unwrap().radiance
     };
     let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(WITHIN_TEXEL) };
     let [one, three, all] = [1, 3, 16].map(|rounds| of(rounds, 1 << 17, rays));

@@ -108,7 +108,7 @@ fn gpu_a_tracer_with_its_own_structure_is_traced_without_others(gpu: &Gpu) {
     let image = |tracer: Tracer| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(tracer)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let image = renderer.render(&uploaded, &camera, 24, 16).unwrap();
+        let image = renderer.render(&uploaded, &camera, [24, 16]).unwrap();
         (image.radiance, testing::inside::structure_builds(&renderer))
     };
     let (actual, expected) = (image(other), image(Tracer::BVH));

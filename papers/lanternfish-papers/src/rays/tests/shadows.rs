@@ -28,7 +28,7 @@ fn bvh() -> Settings {
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+    let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap();
     rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
 }
 
@@ -94,7 +94,7 @@ fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows(gpu: &Gpu) {
         change(&mut settings);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
+        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap();
         let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
         (counter("shadows/rays").unwrap(), rendering.radiance)
     };
@@ -124,7 +124,7 @@ fn gpu_a_shadow_moves_with_its_caster(gpu: &Gpu) {
     last.world_from_object = shift * last.world_from_object;
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
-    let mut frame = |uploaded: &_| renderer.render(uploaded, &before.cameras[0], SIZE.0, SIZE.1).unwrap().radiance;
+    let mut frame = |uploaded: &_| renderer.render(uploaded, &before.cameras[0], SIZE.into()).unwrap().radiance;
     let still = frame(&uploaded);
     assert!(still == frame(&uploaded));
     Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap().update(&mut uploaded, &after).unwrap();

@@ -27,7 +27,7 @@ fn try_file(path: &Path) -> Outcome {
     let name = path.to_str().expect("UTF-8");
     match catch_unwind(|| load(name).map(|scene| scene.validate())) {
         Ok(Ok(Ok(()))) => Outcome::Sound,
-        Ok(Ok(Err(fault))) => Outcome::Unsound(fault),
+        Ok(Ok(Err(fault))) => Outcome::Unsound(fault.to_string()),
         Ok(Err(error)) => Outcome::Refused(error.to_string()),
         Err(_) => Outcome::Panicked,
     }

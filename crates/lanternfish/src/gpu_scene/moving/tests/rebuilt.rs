@@ -61,7 +61,7 @@ fn wait(renderer: &Renderer, uploaded: &mut GpuScene, transforms: &[(usize, Affi
 /// Pixels that are not those of a fresh upload.
 fn wrong(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, now: &Scene) -> usize {
     let fresh = renderer.upload(now).unwrap();
-    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], 64, 64).unwrap().radiance;
+    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], [64, 64]).unwrap().radiance;
     let (seen, expected) = (shown(uploaded), shown(&fresh));
     assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 500, "the image is not black");
     // A card may decide ties between triangles by the order of its tree: rays draw other noise then, as with corners a rounding apart.
@@ -175,13 +175,13 @@ fn gpu_motion_continues_after_a_rebuild(gpu: &Gpu) {
     renderer.move_instances(&mut uploaded, &transforms(&now)).unwrap();
     let mut taken = false;
     for i in 0..2000 {
-        renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
+        renderer.render(&uploaded, &now.cameras[0], [48, 48]).unwrap();
         let mut all = transforms(&now);
         all.iter_mut().for_each(|(_, transform)| {
             *transform = Affine3A::from_translation(0.05 * Vec3::X * (i % 2) as f32) * *transform
         });
         taken = renderer.move_instances(&mut uploaded, &all).unwrap().has_rebuilt;
-        let rendering = renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
+        let rendering = renderer.render(&uploaded, &now.cameras[0], [48, 48]).unwrap();
         let moving = rendering.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count();
         assert!(i == 0 || moving > 200, "{moving} pixels move in frame {i}, rebuilt: {taken}");
         if taken {

@@ -56,7 +56,7 @@ fn textured() -> Scene {
 }
 
 fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> RenderedImage {
-    renderer.render(uploaded, &scene.cameras[0], 60, 60).unwrap()
+    renderer.render(uploaded, &scene.cameras[0], [60, 60]).unwrap()
 }
 
 /// An update renders bitwise the same as a fresh upload, whatever has changed; unchanged images are not uploaded again.

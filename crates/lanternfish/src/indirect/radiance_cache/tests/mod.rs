@@ -390,7 +390,7 @@ fn gpu_rays_in_one_dispatch_are_those_in_two(gpu: &Gpu) {
         let settings = Settings { indirect: few_rays(Tracer::BVH), shadows: Shadows::BVH, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        let image = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        let image = renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap();
         SHARES_DISPATCH_IN_TESTS.set(None);
         let labels: Vec<_> = image.report.passes.iter().map(|pass| pass.name.to_string()).collect();
         assert_eq!(labels.iter().any(|label| label == "radiance_cache/rays"), shares, "{labels:?}");

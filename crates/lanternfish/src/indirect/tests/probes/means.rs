@@ -9,7 +9,7 @@ fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &S
     let settings = Settings { accumulate, ..with(indirect, History::Off) };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), SIZE.x, SIZE.y).unwrap()
+    renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), SIZE.into()).unwrap()
 }
 
 /// The first frame of a mean has rays from probes, about one per pixel; all others have the rays of `sampled`, whose image the mean approaches.

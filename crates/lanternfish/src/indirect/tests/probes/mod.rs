@@ -73,7 +73,7 @@ fn rested(
     let uploaded = renderer.upload(scene).unwrap();
     let mut sum = vec![Vec3::ZERO; (size.x * size.y) as usize];
     for frame in 0..frames.end {
-        let rendering = renderer.render(&uploaded, camera, size.x, size.y).unwrap();
+        let rendering = renderer.render(&uploaded, camera, size.into()).unwrap();
         if frames.contains(&frame) {
             let share = 1.0 / frames.len() as f32;
             sum.iter_mut().zip(pixels(&rendering)).for_each(|(sum, pixel)| *sum += share * pixel);

@@ -14,7 +14,7 @@ fn frames(gpu: &Gpu, scene: &Scene, history: History, first: Option<u64>) -> Vec
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), with(probes_of(4, 8), history)).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let camera = looking(VIEW.0, VIEW.1);
-    let images = (0..2).map(|_| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance).collect();
+    let images = (0..2).map(|_| renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance).collect();
     FIRST_FURTHER_IN_TESTS.set(None);
     images
 }
@@ -47,7 +47,7 @@ fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     let (engine, settings) = (testing::engine(gpu), with(rays, History::Off));
     let mut waiting = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
-    let expected = waiting.render(&uploaded, &camera, size[0], size[1]).unwrap();
+    let expected = waiting.render(&uploaded, &camera, size).unwrap();
     let shown = |first| {
         FIRST_FURTHER_IN_TESTS.set(first);
         let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
@@ -58,7 +58,7 @@ fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
             let mut commands = gpu.device.create_command_encoder(&Default::default());
             let frame = renderer.record(&mut commands, &uploaded, &views).unwrap();
             gpu.queue.submit([commands.finish()]);
-            renderer.submitted(frame);
+            let frame = renderer.submitted(frame);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
             let report = std::iter::from_fn(|| renderer.poll()).find(|report| report.frame == frame).unwrap();
             frames.push((report.is_complete, renderer.read(frame).unwrap().remove(0)));

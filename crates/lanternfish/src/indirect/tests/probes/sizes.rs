@@ -36,10 +36,10 @@ fn gpu_views_have_their_own_probes(gpu: &Gpu) {
         let uploaded = renderer.upload(&scene).unwrap();
         (renderer, uploaded)
     };
-    let views = [(&cameras[0], LARGE.x, LARGE.y), (&cameras[1], SIZE.y, SIZE.x)];
-    let alone = views.map(|(camera, width, height)| {
+    let views = [(&cameras[0], LARGE.into()), (&cameras[1], [SIZE.y, SIZE.x])];
+    let alone = views.map(|(camera, [width, height])| {
         let (mut renderer, uploaded) = renderer(History::Off);
-        renderer.render(&uploaded, camera, width, height).unwrap().radiance
+        renderer.render(&uploaded, camera, [width, height]).unwrap().radiance
     });
     let (mut both, uploaded) = renderer(History::Off);
     let together = both.render_views(&uploaded, &views).unwrap();
@@ -55,8 +55,8 @@ fn gpu_views_have_their_own_probes(gpu: &Gpu) {
         assert!(apart < 0.08, "{apart}");
     }
     for i in [0, 1, 0] {
-        let (camera, width, height) = views[i];
-        let again = both.render(&uploaded, camera, width, height).unwrap().radiance;
+        let (camera, [width, height]) = views[i];
+        let again = both.render(&uploaded, camera, [width, height]).unwrap().radiance;
         assert!(again == alone[i], "view {i} after one of another size");
     }
     // With a history, views keep their own.

@@ -7,7 +7,7 @@ fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
-    let expected = renderer.render(&uploaded, &camera(&scene, 0), SIZE[0], SIZE[1]).unwrap();
+    let expected = renderer.render(&uploaded, &camera(&scene, 0), SIZE).unwrap();
     let sound = ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Own);
     let small = texture(gpu, wgpu::TextureFormat::Rgba8Unorm, [8, 8]);
     let whole_numbers = texture(gpu, wgpu::TextureFormat::Rgba8Uint, SIZE);
@@ -40,16 +40,16 @@ fn gpu_an_invalid_request_is_an_error_and_the_next_frame_renders(gpu: &Gpu) {
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     let first = renderer.record(&mut commands, &uploaded, &[sound]).unwrap();
     assert!(matches!(renderer.record(&mut commands, &uploaded, &[sound]), Err(RenderError::NotSubmitted)));
-    assert!(matches!(renderer.render(&uploaded, &camera(&scene, 0), 8, 8), Err(RenderError::NotSubmitted)));
-    renderer.discard(first);
-    drop(commands);
-    assert!(matches!(renderer.read(first), Err(RenderError::Gone)));
+    assert!(matches!(renderer.render(&uploaded, &camera(&scene, 0), [8, 8]), Err(RenderError::NotSubmitted)));
+    let dropped = first.id();
+    drop((first, commands));
+    assert!(matches!(renderer.read(dropped), Err(RenderError::Gone)));
     let second = frame(gpu, &mut renderer, &uploaded, &[sound]).unwrap();
     assert!(renderer.read(second).unwrap()[0].radiance == expected.radiance);
     let third = frame(gpu, &mut renderer, &uploaded, &[sound]).unwrap();
     assert!(matches!(renderer.read(second), Err(RenderError::Gone)) && renderer.read(third).is_ok());
     let reported: Vec<_> = std::iter::from_fn(|| renderer.poll()).map(|report| report.frame).collect();
-    assert!(reported.ends_with(&[second, third]) && !reported.contains(&first), "{reported:?}");
+    assert!(reported.ends_with(&[second, third]) && !reported.contains(&dropped), "{reported:?}");
 }
 
 #[gpu_test]
@@ -64,13 +64,13 @@ fn gpu_a_lost_device_is_an_error(gpu: &Gpu) {
     busy(&own, &mut commands);
     let on_its_way = renderer.record(&mut commands, &uploaded, &view).unwrap();
     own.queue.submit([commands.finish()]);
-    renderer.submitted(on_its_way);
+    let on_its_way = renderer.submitted(on_its_way);
     own.device.destroy();
     let is_lost = |error: &RenderError| matches!(error, RenderError::Gpu(GpuError::Lost));
     assert!(is_lost(&frame(&own, &mut renderer, &uploaded, &view).unwrap_err()));
     assert!(is_lost(&renderer.ready(&uploaded, &view).unwrap_err()));
     assert!(is_lost(&renderer.read(on_its_way).unwrap_err()));
-    assert!(is_lost(&renderer.render(&uploaded, &camera(&scene, 0), 8, 8).unwrap_err()));
+    assert!(is_lost(&renderer.render(&uploaded, &camera(&scene, 0), [8, 8]).unwrap_err()));
     assert!(is_lost(&renderer.upload(&scene).unwrap_err()));
     assert!(is_lost(&renderer.update(&mut uploaded, &scene).unwrap_err()));
     assert!(is_lost(&renderer.set(Settings::default()).unwrap_err()));
@@ -98,7 +98,7 @@ fn gpu_an_orthographic_view_can_be_requested(gpu: &Gpu) {
     let uploaded = renderer.upload(&scene).unwrap();
     let projection = Projection::Orthographic { half_height: 1.0, near: 0.0, far: 20.0 };
     let camera = Camera { projection, ..scene.cameras[0].clone() };
-    let expected = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1]).unwrap();
+    let expected = renderer.render(&uploaded, &camera, SIZE).unwrap();
     let view = [ViewRequest::of_camera(1, &camera, SIZE, Target::Own)];
     renderer.ready(&uploaded, &view).unwrap();
     let id = frame(gpu, &mut renderer, &uploaded, &view).unwrap();
@@ -135,9 +135,9 @@ fn gpu_demodulated_light_of_white_surfaces_is_the_image(gpu: &Gpu) {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = waiting.upload(scene).unwrap();
         let camera = camera(scene, 0);
-        let expected = waiting.render(&uploaded, &camera, SIZE[0], SIZE[1]).unwrap().radiance;
+        let expected = waiting.render(&uploaded, &camera, SIZE).unwrap().radiance;
         let [direct, indirect] = [0, 1].map(|_| texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
-        let target = Target::Sums { direct: &direct, indirect: &indirect };
+        let target = Target::Demodulated { direct: &direct, indirect: &indirect };
         let view = [ViewRequest::of_camera(1, &camera, SIZE, target)];
         let mut renderer = Renderer::with_engine(waiting.engine(), waiting.settings().clone()).unwrap();
         renderer.ready(&uploaded, &view).unwrap();
@@ -164,7 +164,8 @@ fn gpu_demodulated_light_of_white_surfaces_is_the_image(gpu: &Gpu) {
     let uploaded = renderer.upload(&scene).unwrap();
     let (sum, depth) =
         (texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE), texture(gpu, wgpu::TextureFormat::Depth32Float, SIZE));
-    let irradiance = ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Sums { direct: &sum, indirect: &sum });
+    let irradiance =
+        ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Demodulated { direct: &sum, indirect: &sum });
     assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[irradiance]), Err(RenderError::Together { .. })));
     renderer.set(plain).unwrap();
     for surface in [

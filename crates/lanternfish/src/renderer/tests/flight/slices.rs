@@ -39,7 +39,7 @@ fn gpu_slices_are_the_frame_to_the_bit(gpu: &Gpu) {
                     assert!(sliced.poll().is_none(), "reported before its last slice");
                 }
             }
-            sliced.submitted(id);
+            let id = sliced.submitted(id);
             let report = report(gpu, &mut sliced, id);
             assert_eq!((report.is_complete, &report.counters), (expected.is_complete, &expected.counters));
             let labels = |report: &FrameReport| report.passes.iter().map(|pass| pass.name.clone()).collect::<Vec<_>>();
@@ -69,7 +69,7 @@ fn gpu_a_frame_may_be_dropped_between_its_slices(gpu: &Gpu) {
         let (id, mut slices) = renderer.record_slices(&uploaded, &request).unwrap();
         slices.truncate(submitted);
         gpu.queue.submit(slices);
-        renderer.discard(id);
+        drop(id);
         assert!(bytes(gpu, &shown) == expected, "the last complete image stays");
         let id = frame(gpu, &mut renderer, &uploaded, &request).unwrap();
         assert!(report(gpu, &mut renderer, id).is_complete);

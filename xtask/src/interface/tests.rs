@@ -1,0 +1,73 @@
+//! Reads a small documentation, and checks that the listing sees what changes.
+
+use serde_json::{Value, json};
+
+use super::{
+    CRATES,
+    listing::{FORMAT, Listing, differences, page},
+};
+use crate::command::workspace;
+
+/// A crate with a module, a struct that two paths reach, its method, a trait, and an item of another crate.
+fn documentation() -> Value {
+    json!({
+        "format_version": FORMAT,
+        "root": 0,
+        "paths": { "9": { "crate_id": 3, "path": ["other", "deep", "Thing"] } },
+        "index": {
+            "0": { "crate_id": 0, "name": "a_b", "inner": { "module": { "items": [1, 3, 4, 8, 11] } } },
+            "1": { "crate_id": 0, "name": "inside", "inner": { "module": { "items": [2] } } },
+            "2": { "crate_id": 0, "name": "Held", "inner": { "struct": { "impls": [5, 7] } } },
+            "3": { "crate_id": 0, "name": null, "inner": { "use": { "name": "Held", "id": 2, "is_glob": false } } },
+            "4": { "crate_id": 0, "name": null, "inner": { "use": { "name": "Thing", "id": 9, "is_glob": false } } },
+            "5": { "crate_id": 0, "name": null, "inner": { "impl": { "trait": null, "items": [6] } } },
+            "6": { "crate_id": 0, "name": "open", "inner": { "function": {} } },
+            "7": { "crate_id": 0, "name": null, "inner": { "impl": { "trait": { "path": "Clone" }, "items": [6] } } },
+            "8": { "crate_id": 0, "name": "Kind", "inner": { "trait": { "items": [10] } } },
+            "10": { "crate_id": 0, "name": "NAME", "inner": { "assoc_const": {} } },
+            "11": { "crate_id": 0, "name": null, "inner": { "use": { "name": "inside", "id": 1, "is_glob": true } } }
+        }
+    })
+}
+
+#[test]
+fn an_item_is_listed_once_by_its_shortest_path() {
+    let listing = Listing::of("a-b", &documentation()).unwrap();
+    let lines: Vec<_> = listing.items.iter().map(|(path, kind)| format!("{path} {kind}")).collect();
+    let expected =
+        ["a_b::Held struct", "a_b::Held::open method", "a_b::Kind trait", "a_b::Kind::NAME const", "a_b::inside mod"];
+    assert_eq!(lines, expected);
+    assert_eq!(listing.foreign.into_iter().collect::<Vec<_>>(), [("a_b::Thing".into(), "other::deep::Thing".into())]);
+}
+
+#[test]
+fn another_format_is_not_read() {
+    let mut documentation = documentation();
+    documentation["format_version"] = json!(FORMAT + 1);
+    assert_eq!(Listing::of("a-b", &documentation), None);
+}
+
+#[test]
+fn an_item_that_comes_or_goes_is_a_difference() {
+    let listing = Listing::of("a-b", &documentation()).unwrap();
+    let stored = page(std::slice::from_ref(&listing));
+    assert!(stored.contains("   4 a-b\n   4 together\n"), "{stored}");
+    assert_eq!(differences(&stored, &stored), [""; 0]);
+    let mut fewer = listing;
+    fewer.items.remove("a_b::Held::open");
+    let lines = differences(&stored, &page(&[fewer]));
+    assert!(
+        lines.contains(&"- a_b::Held::open method".to_owned()) && lines.contains(&"+    3 a-b".to_owned()),
+        "{lines:?}"
+    );
+}
+
+/// A crate that a program may depend on is listed, or is one of those that promise nothing.
+#[test]
+fn every_crate_is_listed_or_promises_nothing() {
+    let folders = std::fs::read_dir(workspace().join("crates")).unwrap();
+    let mut names: Vec<_> = folders.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.retain(|name| !["lanternfish-bench", "lanternfish-papers"].contains(&&**name));
+    names.sort();
+    assert_eq!(names, CRATES);
+}
