@@ -68,7 +68,7 @@ pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, chec
 pub use shader::{Feature, LinkedShader, ShaderSource};
 
 #[cfg_attr(feature = "unstable", visibility::make(pub))]
-use self::{
+use {
     buffer::{checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, texture_of},
     capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome},
     driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa},

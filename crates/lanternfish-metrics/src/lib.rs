@@ -34,7 +34,7 @@ pub use pair::Pair;
 pub use png_file::{ColorType, read_png, write_png};
 
 #[cfg_attr(feature = "unstable", visibility::make(pub))]
-use self::{
+use {
     compare::fraction_differing,
     exr_file::{
         exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_layers, write_exr_with_attributes,
