@@ -1,4 +1,5 @@
 mod recordings;
+mod written;
 
 use std::{collections::BTreeSet, fs};
 
