@@ -27,7 +27,7 @@ pub struct ForwardPlusArgs {
     #[command(flatten)]
     run: RunArgs,
     /// Tracer of the shadow rays.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows.technique)]
     shadows: Shadows,
     #[command(flatten)]
     subject: SubjectArgs,
@@ -112,17 +112,15 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn settings(&self, case: &Case) -> Settings {
-        Settings {
-            culling: case.culling.clone(),
-            ray_culling: case.ray_culling,
-            ray_range_culling: case.ray_range_culling(),
-            shadows: self.args.shadows,
-            attenuation: self.subject.look.attenuation,
-            attenuation_near_radius: self.subject.look.attenuation_near_radius,
-            attenuation_coefficients: self.subject.look.attenuation_coefficients,
-            range_threshold: self.range_threshold,
-            ..Settings::direct_light()
-        }
+        Settings::direct_light()
+            .with_culling(case.culling.clone())
+            .with_ray_culling(case.ray_culling)
+            .with_ray_range_culling(case.ray_range_culling())
+            .with_shadows(self.args.shadows)
+            .with_attenuation(self.subject.look.lights.attenuation)
+            .with_attenuation_near_radius(self.subject.look.lights.near_radius)
+            .with_attenuation_coefficients(self.subject.look.lights.coefficients)
+            .with_range_threshold(self.range_threshold)
     }
 
     fn renderer(&self, settings: Settings) -> Result<(Renderer, GpuScene), CliError> {
@@ -144,7 +142,7 @@ impl Bench<'_> {
     fn listed(&self, culling: &Culling, in_range: RayRangeCulling) -> Result<u64, CliError> {
         let case =
             Case { name: "", culling: culling.clone(), ray_culling: RayCulling::None, heat_map: None, paper_ms: None };
-        let settings = Settings { ray_range_culling: in_range, ..self.settings(&case) };
+        let settings = self.settings(&case).with_ray_range_culling(in_range);
         Ok(counter(&self.render(&mut self.renderer(settings)?)?.report, "shadows/rays"))
     }
 
@@ -167,7 +165,7 @@ impl Bench<'_> {
             Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
         })?;
         if let Some(name) = case.heat_map.filter(|_| self.has_heat_maps) {
-            let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
+            let settings = self.settings(case).with_debug_view(Some(DebugView::RayCount));
             self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
         }
         let counter = |name| counter(&rendering.report, name);
@@ -220,7 +218,10 @@ impl Bench<'_> {
     fn normals(&self) -> Result<Vec<Row>, CliError> {
         let view = |view| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
-            let settings = Settings { debug_view, shadows: Shadows::None, tone_map, ..Settings::direct_light() };
+            let settings = Settings::direct_light()
+                .with_debug_view(debug_view)
+                .with_shadows(Shadows::None)
+                .with_tone_map(tone_map);
             self.render(&mut self.renderer(settings)?)
         };
         let reference = view(DebugView::GeometricNormal)?;
@@ -266,7 +267,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     if subject.scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let (run, range_threshold) = (Run::start(&args.run, "forward-plus")?, subject.look.range_threshold);
+    let (run, range_threshold) = (Run::start(&args.run, "forward-plus")?, subject.look.lights.range_threshold);
     let mut bench = Bench { run, subject, args, range_threshold, has_heat_maps: true };
     let mut first = None;
     let rows = bench.table(&cases(), &mut first)?;
@@ -286,10 +287,13 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let (title, source) = ("Forward+ with ray-traced shadows", &args.subject.scene);
     let mut report = Document::of_scene(title, source, &bench.run.gpu, args.run.runs);
     let facts = Row::default().data("width", width).data("height", height).data("light_count", scene.lights.len());
-    let facts = facts.data("range_threshold", decimal(look.range_threshold)).data("surface_pixels", surface);
+    let facts = facts.data("range_threshold", decimal(look.lights.range_threshold)).data("surface_pixels", surface);
     report.facts(facts);
-    let what =
-        format!("{width} x {height} pixels, {} lights (range threshold {})", scene.lights.len(), look.range_threshold);
+    let what = format!(
+        "{width} x {height} pixels, {} lights (range threshold {})",
+        scene.lights.len(),
+        look.lights.range_threshold
+    );
     report.introduction(&what, &format!("median of {} runs", args.run.runs));
     report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
     let wrong =

@@ -83,7 +83,7 @@ fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         techniques.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
     let case = |(name, rays, history): (&str, Sampled, History)| Case {
         name: format!("{name}, history {history}"),
-        settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },
+        settings: look.clone().with_indirect(technique::sampled(rays)).with_history(history),
     };
     with_history.map(case).collect()
 }

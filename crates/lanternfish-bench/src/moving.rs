@@ -112,7 +112,7 @@ fn moved(scene: &Scene, reach: f32) -> Scene {
 
 impl Bench {
     fn renderer(&self, shadows: Shadows) -> Result<Renderer, CliError> {
-        Ok(Renderer::with_engine(&self.run.engine, Settings { shadows, ..Settings::direct_light() })?)
+        Ok(Renderer::with_engine(&self.run.engine, Settings::direct_light().with_shadows(shadows))?)
     }
 
     /// Runs `work`, waits for the device, and returns the time, ms.

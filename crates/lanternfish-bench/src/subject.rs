@@ -61,20 +61,18 @@ impl Subject {
         let Size { width, height } = args.size;
         let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, &views, width as f32 / height as f32)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
-        let mut look = Settings {
-            shadows: Shadows::BVH,
-            attenuation: lights.attenuation,
-            attenuation_near_radius: lights.attenuation_near_radius,
-            attenuation_coefficients: lights.attenuation_coefficients,
-            range_threshold: lights.range_threshold,
-            // A fixed exposure, so that images are comparable.
-            exposure: Exposure::Ev(0.0),
-            ..Settings::direct_light()
-        };
+        // A fixed exposure, so that images are comparable.
+        let mut look = Settings::direct_light()
+            .with_shadows(Shadows::BVH)
+            .with_attenuation(lights.attenuation)
+            .with_attenuation_near_radius(lights.attenuation_near_radius)
+            .with_attenuation_coefficients(lights.attenuation_coefficients)
+            .with_range_threshold(lights.range_threshold)
+            .with_exposure(Exposure::Ev(0.0));
         if let Some(shot) = &shot {
-            look.tone_map = shot.args.look.tone_map;
+            look.image.tone_map = shot.args.look.tone_map;
             if shot.args.look.exposure != Exposure::Auto {
-                look.exposure = shot.args.look.exposure;
+                look.image.exposure = shot.args.look.exposure;
             }
         }
         Ok(Self { scene, cameras, look })

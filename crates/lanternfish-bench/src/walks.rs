@@ -65,16 +65,13 @@ const MOST_PASSES: usize = 15;
 
 /// All walks, with what the shot says of exposure and materials.
 fn walks(look: &Settings) -> Vec<Walk> {
-    let common = |settings: Settings| Settings {
-        shadows: Shadows::Auto,
-        exposure: look.exposure,
-        materials: look.materials,
-        ..settings
+    let common = |settings: Settings| {
+        settings.with_shadows(Shadows::Auto).with_exposure(look.image.exposure).with_materials(look.materials.model)
     };
-    let sampled = |settings: Settings| Settings { direct: SampledLights::default().into(), ..settings };
-    let direct = || common(Settings { indirect: Indirect::NONE, ..Settings::direct_light() });
-    let draft = || common(Settings { history: History::On, ..Settings::of_preset(Preset::Draft) });
-    let good = |samples| common(Settings { samples, ..Settings::of_preset(Preset::Good) });
+    let sampled = |settings: Settings| settings.with_direct(SampledLights::default());
+    let direct = || common(Settings::direct_light().with_indirect(Indirect::NONE));
+    let draft = || common(Settings::of_preset(Preset::Draft).with_history(History::On));
+    let good = |samples| common(Settings::of_preset(Preset::Good).with_samples(samples));
     let walk = |name, settings, divisor| Walk { name, settings, divisor };
     vec![
         walk("direct all", direct(), 1),
@@ -254,7 +251,11 @@ mod tests {
         let is_sampled = |walk: &&Walk| walk.settings.direct.is::<SampledLights>();
         assert_eq!((walks.len(), walks.iter().filter(is_sampled).count()), (7, 3));
         assert!(walks[0].settings.indirect == Indirect::NONE && walks[2].settings.indirect != Indirect::NONE);
-        assert_eq!(walks.iter().filter(|walk| walk.settings.samples == Samples::Four).count(), 1, "only good has them");
+        assert_eq!(
+            walks.iter().filter(|walk| walk.settings.image.samples == Samples::Four).count(),
+            1,
+            "only good has them"
+        );
     }
 
     #[test]

@@ -293,31 +293,30 @@ impl RenderArgs {
     pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
         let preset = Settings::of_preset(self.indirect.quality);
-        Settings {
-            direct: technique.direct(&preset.direct),
-            culling: technique.culling(),
-            shadows: technique.shadows,
-            ray_culling: technique.ray_culling,
-            ray_range_culling: technique.ray_range_culling,
-            light_radius: self.lights.light_radius,
-            shadow_rays: technique.shadow_rays,
-            history: technique.history.unwrap_or(preset.history),
-            antialiasing: technique.antialiasing.unwrap_or(preset.antialiasing),
-            occlusion: self.indirect.occlusion(),
-            attenuation: self.lights.attenuation,
-            attenuation_near_radius: self.lights.attenuation_near_radius,
-            attenuation_coefficients: self.lights.attenuation_coefficients,
-            range_threshold: self.lights.range_threshold,
-            materials: self.look.materials,
-            exposure: self.look.exposure,
-            tone_map: self.look.tone_map,
-            debug_view: self.look.debug_view,
-            textures: technique.textures,
-            anisotropy: self.look.anisotropy,
-            samples: technique.samples.unwrap_or(self.indirect.samples(frames)),
-            indirect: self.indirect.indirect(),
-            structure: self.indirect.deep_images().chosen(),
-            accumulate: frames,
-        }
+        Settings::default()
+            .with_direct(technique.direct(&preset.direct))
+            .with_culling(technique.culling())
+            .with_shadows(technique.shadows)
+            .with_ray_culling(technique.ray_culling)
+            .with_ray_range_culling(technique.ray_range_culling)
+            .with_shadow_rays(technique.shadow_rays)
+            .with_light_radius(self.lights.light_radius)
+            .with_attenuation(self.lights.attenuation)
+            .with_attenuation_near_radius(self.lights.attenuation_near_radius)
+            .with_attenuation_coefficients(self.lights.attenuation_coefficients)
+            .with_range_threshold(self.lights.range_threshold)
+            .with_history(technique.history.unwrap_or(preset.history))
+            .with_occlusion(self.indirect.occlusion())
+            .with_indirect(self.indirect.indirect())
+            .with_structure(self.indirect.deep_images().chosen())
+            .with_materials(self.look.materials)
+            .with_anisotropy(self.look.anisotropy)
+            .with_textures(technique.textures)
+            .with_antialiasing(technique.antialiasing.unwrap_or(preset.image.antialiasing))
+            .with_exposure(self.look.exposure)
+            .with_tone_map(self.look.tone_map)
+            .with_debug_view(self.look.debug_view)
+            .with_samples(technique.samples.unwrap_or(self.indirect.samples(frames)))
+            .with_accumulate(frames)
     }
 }

@@ -154,24 +154,24 @@ impl Run<'_> {
 /// Settings by flag name.
 pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
-        ("shadows", settings.shadows.to_string()),
-        ("ray-culling", settings.ray_culling.to_string()),
-        ("ray-range-culling", settings.ray_range_culling.to_string()),
-        ("light-radius", settings.light_radius.to_string()),
-        ("shadow-rays", settings.shadow_rays.to_string()),
+        ("shadows", settings.shadows.technique.to_string()),
+        ("ray-culling", settings.shadows.ray_culling.to_string()),
+        ("ray-range-culling", settings.shadows.ray_range_culling.to_string()),
+        ("light-radius", settings.lights.radius.to_string()),
+        ("shadow-rays", settings.shadows.rays.to_string()),
         ("history", settings.history.to_string()),
-        ("antialiasing", settings.antialiasing.to_string()),
-        ("attenuation", settings.attenuation.to_string()),
-        ("attenuation-near-radius", settings.attenuation_near_radius.to_string()),
-        ("attenuation-coefficients", settings.attenuation_coefficients.to_string()),
-        ("range-threshold", settings.range_threshold.to_string()),
-        ("materials", settings.materials.to_string()),
-        ("exposure", settings.exposure.to_string()),
-        ("tone-map", settings.tone_map.to_string()),
-        ("textures", settings.textures.to_string()),
-        ("anisotropy", settings.anisotropy.to_string()),
-        ("samples", settings.samples.to_string()),
-        ("accumulate", settings.accumulate.to_string()),
+        ("antialiasing", settings.image.antialiasing.to_string()),
+        ("attenuation", settings.lights.attenuation.to_string()),
+        ("attenuation-near-radius", settings.lights.near_radius.to_string()),
+        ("attenuation-coefficients", settings.lights.coefficients.to_string()),
+        ("range-threshold", settings.lights.range_threshold.to_string()),
+        ("materials", settings.materials.model.to_string()),
+        ("exposure", settings.image.exposure.to_string()),
+        ("tone-map", settings.image.tone_map.to_string()),
+        ("textures", settings.materials.textures.to_string()),
+        ("anisotropy", settings.materials.anisotropy.to_string()),
+        ("samples", settings.image.samples.to_string()),
+        ("accumulate", settings.image.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
     add_technique(&mut names, &settings.direct);
@@ -179,7 +179,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     add_technique(&mut names, &settings.indirect);
     add_technique(&mut names, &settings.occlusion);
     let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
-    if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if !tracer.is_exact()) {
+    if finds_arriving || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact()) {
         let deep = DeepImageSettings::of(&settings.structure);
         names.extend([
             ("deep-resolution", deep.resolution.to_string()),
@@ -191,7 +191,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
             ("deep-search", deep.search.to_string()),
         ]);
     }
-    if let Some(view) = settings.debug_view {
+    if let Some(view) = settings.image.debug_view {
         names.insert("debug-view", view.to_string());
     }
     names

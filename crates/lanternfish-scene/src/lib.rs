@@ -27,6 +27,9 @@ mod stereo;
 mod texture;
 mod validate;
 
+#[doc(hidden)]
+pub use serde as __serde;
+
 pub use camera::{Camera, Projection, near_plane};
 pub use emission::mean_emission;
 pub use environment::Environment;
@@ -37,7 +40,7 @@ pub use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
-pub use named_enum::{Named, Setting};
+pub use named_enum::{Named, Setting, nearest};
 pub use scene::{Instance, Scene};
 pub use stereo::{Eye, Eyes, StereoRig};
 pub use texture::{Filter, Image, LINEAR_FROM_SRGB, MipFilter, Sampler, Texture, Wrap, linear_from_srgb};

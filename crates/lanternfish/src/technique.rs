@@ -8,6 +8,8 @@
 //! A technique may belong to another crate: any type that implements the traits can be selected. [`Choice::register`] adds it to the names
 //! that flags, shots and panels accept and list.
 
+pub(crate) mod data;
+
 use std::{
     any::Any,
     fmt,
@@ -73,6 +75,12 @@ impl<T> Parameter<T> {
         Self { info: ParameterInfo::new(name, value, range, help), of }
     }
 
+    /// Sets the parameter from text, or returns the expected values.
+    pub fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
+        self.info.range.check(text)?;
+        (self.of)(of).read(text)
+    }
+
     /// The parameter with its default in help.
     pub const fn with_default(self) -> Self {
         Self { info: ParameterInfo { shows_default: true, ..self.info }, of: self.of }
@@ -94,6 +102,22 @@ pub enum Range {
     Switch(&'static str, &'static str),
     /// Text that the parameter's type parses.
     Text,
+}
+
+impl Range {
+    /// An error with the expected values if a number is not one of them.
+    pub fn check(self, text: &str) -> Result<(), String> {
+        let text = text.trim();
+        match self {
+            Self::Count(least, most) if !text.parse().is_ok_and(|number| (least..=most).contains(&number)) => {
+                Err(format!("expected a whole number from {least} to {most}"))
+            }
+            Self::Positive if !text.parse().is_ok_and(|number: f32| number > 0.0 && number.is_finite()) => {
+                Err("expected a number above 0".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A technique behind `dyn`. Every [`Technique`] implements it.
@@ -143,7 +167,7 @@ impl<T: Technique> AnyTechnique for T {
 
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
         let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
-        entry.map_or(Ok(()), |entry| (entry.of)(self).read(text))
+        entry.map_or(Ok(()), |entry| entry.read(self, text))
     }
 
     fn is_same(&self, other: &dyn Any) -> bool {

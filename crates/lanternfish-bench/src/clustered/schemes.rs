@@ -63,7 +63,7 @@ pub fn measure(
     for culling in cullings(quick) {
         let scheme = name(&culling);
         eprintln!("  {scheme}");
-        let settings = Settings { culling: culling.clone(), shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_culling(culling.clone()).with_shadows(Shadows::None);
         let mut renderer = Renderer::with_engine(&run.engine, settings)?;
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len() as u64;

@@ -161,7 +161,7 @@ impl Bench {
         let directions = 2 * set.directions.count();
         let doing = format!("{words}, {directions} directions of {}²", set.resolution);
         progress.step(TABLE, &doing, || {
-            let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+            let settings = Settings::direct_light().with_shadows(Shadows::BVH);
             let uploaded: GpuScene = Renderer::with_engine(&self.run.engine, settings)?.upload(scene)?;
             let (_, images) = build(&self.run.gpu, &mut self.profiler, &uploaded, 0, TABLE, set)?;
             let rays = match rays {

@@ -138,7 +138,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
 impl Bench {
     fn new(run: Run, scene: &Scene) -> Result<Self, CliError> {
         let upload = |shadows| {
-            let settings = Settings { shadows, ..Settings::direct_light() };
+            let settings = Settings::direct_light().with_shadows(shadows);
             Renderer::with_engine(&run.engine, settings)?.upload(scene)
         };
         let uploaded = upload(Shadows::BVH)?;

@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderedImage,
-    settings::{History, Settings},
+    settings::History,
     techniques::{LightRays, SampledLights},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
@@ -33,7 +33,7 @@ impl Bench {
     }
 
     fn one_frame_of(&self, case: &Case, reference: &mut Option<RenderedImage>) -> Result<Row, CliError> {
-        let settings = Settings { direct: case.direct.clone(), ..self.look.clone() };
+        let settings = self.look.clone().with_direct(case.direct.clone());
         let mut renderer = self.renderer(settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;
         let camera = &self.cameras[0];
@@ -53,7 +53,7 @@ impl Bench {
             return Ok(row.text("mean_energy", "mean: energy", "").text("mean_flip", "FLIP", "").text("z", "z", ""));
         }
         // With a history, frames of a view at rest go on in their random numbers, and their pixels stay in place.
-        let mut renderer = self.renderer(Settings { history: History::On, ..settings })?;
+        let mut renderer = self.renderer(settings.with_history(History::On))?;
         let mut sums = vec![[[0.0f64; 2]; 3]; image.radiance.len()];
         for _ in 0..self.frames {
             let frame = self.frame(&mut renderer, &uploaded, camera)?;

@@ -134,7 +134,7 @@ impl Bench {
             light.range = None;
             light.intensity *= intensity / light.intensity.max_element().max(1e-6);
         }
-        let settings = Settings { attenuation: Attenuation::Physical, ..self.look.clone() };
+        let settings = self.look.clone().with_attenuation(Attenuation::Physical);
         (Scene { lights, ..self.scene.clone() }, settings)
     }
 }

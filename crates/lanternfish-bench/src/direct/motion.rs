@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     Renderer,
-    settings::{Direct, History, Settings},
+    settings::{Direct, History},
     techniques::{Denoise, LightRays},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
@@ -58,7 +58,7 @@ impl Bench {
         let mut renderers = Vec::new();
         let (scene, _) = self.moment(0);
         for (_, direct, history) in &configurations {
-            let settings = Settings { direct: direct.clone(), history: *history, ..self.look.clone() };
+            let settings = self.look.clone().with_direct(direct.clone()).with_history(*history);
             let renderer = self.renderer(settings)?;
             let uploaded = renderer.upload(&scene)?;
             renderers.push((renderer, uploaded, Walked::default()));

@@ -44,7 +44,7 @@ impl Bench {
             Ok::<_, CliError>((best, 1e3 * start.elapsed().as_secs_f64()))
         };
         let is_sampled = direct.is_some();
-        let settings = Settings { direct, ..look };
+        let settings = look.with_direct(direct);
         let (image, update) = measured(settings.clone())?;
         let passes = &image.report.passes;
         let direct_ms: f64 =
@@ -60,7 +60,7 @@ impl Bench {
             return Ok(row.text("choice_ms", "choice", "").text("rays_ms", "rays", "").text("filter_ms", "filter", ""));
         }
         let trace = ms_of(passes, "direct_light/trace");
-        let (unshadowed, _) = measured(Settings { shadows: Shadows::None, ..settings })?;
+        let (unshadowed, _) = measured(settings.with_shadows(Shadows::None))?;
         let choice = ms_of(&unshadowed.report.passes, "direct_light/trace");
         Ok(row.fixed("choice_ms", "choice", 1, choice).fixed("rays_ms", "rays", 1, trace - choice).fixed(
             "filter_ms",

@@ -37,8 +37,7 @@ impl Bench<'_> {
         let through_images = set.map(|set| (set, WITHIN_TEXEL));
         let techniques =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
-        let direct =
-            Settings { indirect: technique::NO_INDIRECT, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
+        let direct = Case::plain(Brdf::Diffuse).settings(self.look, None).with_indirect(technique::NO_INDIRECT);
         let direct = energy(&self.rendering(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {
@@ -97,7 +96,7 @@ impl Bench<'_> {
 
     /// Renders the frame after [`WARM_FRAMES`] frames of one accumulation.
     fn warm_frame(&self, settings: Settings) -> Result<RenderedImage, CliError> {
-        let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
+        let settings = settings.with_accumulate(WARM_FRAMES + 1);
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         renderer.reset();
         let view = [(self.camera, self.size.width, self.size.height)];

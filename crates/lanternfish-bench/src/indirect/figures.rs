@@ -48,7 +48,7 @@ impl Bench<'_> {
             }
             settings
         };
-        let direct = self.frame_of(Settings { indirect: technique::NO_INDIRECT, ..with(0) }, 1)?;
+        let direct = self.frame_of(with(0).with_indirect(technique::NO_INDIRECT), 1)?;
         let without_glossy = self.frame_of(with(0), 1)?;
         let all = self.frame_of(with(RAYS.1), self.run.runs)?;
         let [direct, without_glossy, with_glossy] = [&direct, &without_glossy, &all].map(image::linear);
@@ -70,7 +70,7 @@ impl Bench<'_> {
 
     /// What a display shows of linear radiance, 0..=1; it also goes to a file.
     pub fn write_linear(&self, linear: RgbImage, file: &str) -> Result<RgbImage, CliError> {
-        let (bytes, displayed) = image::shown(&linear, self.look.exposure, self.look.tone_map);
+        let (bytes, displayed) = image::shown(&linear, self.look.image.exposure, self.look.image.tone_map);
         let Size { width, height } = self.size;
         write_png(&self.run.folder.join(file), width, height, ColorType::Rgb, &bytes)?;
         Ok(displayed)

@@ -224,7 +224,7 @@ impl Bench<'_> {
 
     fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
         let (bvh, times) = self.render(case, None)?;
-        let direct = Settings { indirect: technique::NO_INDIRECT, ..case.settings(self.look, None) };
+        let direct = case.settings(self.look, None).with_indirect(technique::NO_INDIRECT);
         let Size { width, height } = self.size;
         let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))

@@ -49,18 +49,18 @@ impl Bench<'_> {
         measured: &mut Measured,
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
-        let look = Settings {
-            light_radius: LIGHT_RADIUS * self.source.bounds().size().length(),
-            shadow_rays: RAYS,
-            materials: Brdf::Diffuse.materials(),
-            indirect: technique::NO_INDIRECT,
-            ..self.look.clone()
-        };
+        let look = self
+            .look
+            .clone()
+            .with_light_radius(LIGHT_RADIUS * self.source.bounds().size().length())
+            .with_shadow_rays(RAYS)
+            .with_materials(Brdf::Diffuse.materials())
+            .with_indirect(technique::NO_INDIRECT);
         // Lights are uploaded with their radius.
         let scene = Renderer::with_engine(&self.run.engine, look.clone())?.upload(self.source)?;
-        let unshadowed = self.soft_image(&scene, Settings { shadows: Shadows::None, ..look.clone() })?;
+        let unshadowed = self.soft_image(&scene, look.clone().with_shadows(Shadows::None))?;
         let many = progress.step("soft", "Soft shadows, many rays", || {
-            self.soft_image(&scene, Settings { accumulate: self.converged_frames, ..look.clone() })
+            self.soft_image(&scene, look.clone().with_accumulate(self.converged_frames))
         })?;
         let many = self.write_linear(image::linear(&many)?, "soft-many-rays.png")?;
         let coarse: Vec<Tracer> = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact()).collect();
@@ -88,7 +88,7 @@ impl Bench<'_> {
     }
 
     fn soft_settings(&self, look: &Settings, (tracer, set): Through, built: &[Row]) -> Result<Settings, String> {
-        let mut settings = Settings { shadows: Shadows::Traced(tracer), ..look.clone() };
+        let mut settings = look.clone().with_shadows(Shadows::Traced(tracer));
         if let Some(set) = set {
             settings.structure = sized(set.settings(), built)?.into();
         }

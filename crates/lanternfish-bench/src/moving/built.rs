@@ -29,7 +29,7 @@ impl Bench {
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
         sampled.tracer = WITHIN_TEXEL.into();
-        let settings = Settings { indirect: technique::sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
+        let settings = Settings::default().with_indirect(technique::sampled(sampled)).with_shadows(Shadows::BVH);
         let row = Row::default()
             .data(
                 "directions",

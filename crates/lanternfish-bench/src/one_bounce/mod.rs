@@ -62,7 +62,7 @@ pub struct Case {
 pub fn named(look: &Settings, techniques: &[(&str, Indirect)]) -> Vec<Case> {
     let case = |(name, indirect): &(&str, Indirect)| Case {
         name: (*name).to_owned(),
-        settings: Settings { indirect: indirect.clone(), ..look.clone() },
+        settings: look.clone().with_indirect(indirect.clone()),
     };
     techniques.iter().map(case).collect()
 }
@@ -128,7 +128,7 @@ impl Bench {
         }
         let Size { width, height } = size;
         for (name, ground_truth) in [("ground_truth-zero-bounces", &direct), ("ground_truth-one-bounce", &one_bounce)] {
-            let bytes = shown(&ground_truth.mean, look.exposure, look.tone_map).0;
+            let bytes = shown(&ground_truth.mean, look.image.exposure, look.image.tone_map).0;
             write_png(&run.folder.join(format!("{name}.png")), width, height, ColorType::Rgb, &bytes)?;
         }
         let report = report(title, args, &run, &scene, &one_bounce, ground_truth_energy);
@@ -151,7 +151,7 @@ impl Bench {
 
     /// Settings without indirect light.
     fn without(&self) -> Settings {
-        Settings { indirect: technique::NO_INDIRECT, ..self.look.clone() }
+        self.look.clone().with_indirect(technique::NO_INDIRECT)
     }
 
     fn camera(&self) -> &Camera {
@@ -229,7 +229,7 @@ impl Bench {
 
     /// Renders the mean of `frames` frames.
     fn mean(&self, settings: &Settings, frames: u32) -> Result<RenderedImage, CliError> {
-        let settings = Settings { accumulate: frames, ..settings.clone() };
+        let settings = settings.clone().with_accumulate(frames);
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let uploaded = renderer.upload(&self.scene)?;
         Ok(renderer.render(&uploaded, self.camera(), self.size.width, self.size.height)?)

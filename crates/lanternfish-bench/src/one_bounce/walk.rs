@@ -123,7 +123,7 @@ impl<'a> Walk<'a> {
 
     /// Renders the walk, and returns the luminances of each frame.
     fn renderings(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
-        let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
+        let settings = settings.clone().with_materials(Materials::Lambert);
         let mut renderer = Renderer::with_engine(self.engine, settings)?;
         let uploaded = renderer.upload(self.scene)?;
         let mut of_view = |camera| {

@@ -26,7 +26,7 @@ pub const PAPERS_RESOLUTION: u32 = 200;
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
-    let of = |indirect| Settings { indirect, ..look.clone() };
+    let of = |indirect| look.clone().with_indirect(indirect);
     let with = |photons: PhotonSplatting| of(technique::photons(photons));
     let usual = PhotonSplatting::default();
     let good = Quality::Good.sampled().one_bounce();
@@ -68,9 +68,9 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     }
     for culling in [technique::tiled(Default::default()), technique::raster_grid(Default::default())] {
         let name = culling.name();
-        add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
+        add(&format!("photon-splatting, culling {name}"), with(usual).with_culling(culling));
     }
-    add(PAPER, Settings { structure: papers_images(PAPERS_RESOLUTION).into(), ..with(papers_photons()) });
+    add(PAPER, with(papers_photons()).with_structure(papers_images(PAPERS_RESOLUTION)));
     all
 }
 

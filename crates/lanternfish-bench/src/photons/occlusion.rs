@@ -1,6 +1,6 @@
 //! Ambient occlusion with 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::settings::{Occlusion, Settings};
+use lanternfish::settings::Occlusion;
 use lanternfish_cli::error::CliError;
 use lanternfish_papers::DeepImageSettings;
 
@@ -55,7 +55,7 @@ pub fn rows(bench: &Bench) -> Result<(Vec<Row>, Vec<Row>), CliError> {
     let look = GroundTruth::Occlusion.seen(&bench.look);
     let (mut rows, mut beside) = (Vec::new(), paper::his(&paper::OCCLUSION));
     for Way { name, ground_truth, occlusion, images } in ways(far) {
-        let settings = Settings { occlusion, structure: images.into(), ..look.clone() };
+        let settings = look.clone().with_occlusion(occlusion).with_structure(images);
         let rendered = bench.render_scene(&scene, &settings, bench.size)?;
         bench.write(&format!("occlusion, {name}"), &rendered.rendering)?;
         let (_, mean) = ground_truths.iter().find(|(known, _)| *known == ground_truth).expect("both are traced");

@@ -57,7 +57,7 @@ impl Bench {
     fn lamp(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
         let dark = self.view_with(view, without_brightest(&view.scene));
         let [old, new] = [self.reference(view, progress)?, self.reference(&dark, progress)?];
-        let colors = shown(&new, view.look.exposure, view.look.tone_map).0;
+        let colors = shown(&new, view.look.image.exposure, view.look.image.tone_map).0;
         let cases = self.all();
         let mut sheet = Sheet::new(view.size, cases.len() + 1);
         let mut rows = Vec::new();
@@ -104,7 +104,7 @@ impl Bench {
             CliError::new(format_args!("{}: the object is not in view", view.name), "choose another scene with --scene")
         })?;
         let near = crop(&reference, region);
-        let colors_of = |image: &RgbImage| shown(image, view.look.exposure, view.look.tone_map).0;
+        let colors_of = |image: &RgbImage| shown(image, view.look.image.exposure, view.look.image.tone_map).0;
         let (colors, near_colors) = (colors_of(&reference), colors_of(&near));
         let cases = self.all();
         let mut sheet = Sheet::new(view.size, cases.len() + 1);

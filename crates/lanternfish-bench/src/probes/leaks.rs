@@ -44,7 +44,7 @@ impl Bench {
                     let image = self.at_rest(&view, (case.settings)(&view.look), 1)?.remove(0);
                     for (words, ev) in EXPOSURES {
                         let path = self.path(&["leaks", name, case.name, words]);
-                        let bytes = shown(&linear(&image)?, Exposure::Ev(ev), view.look.tone_map).0;
+                        let bytes = shown(&linear(&image)?, Exposure::Ev(ev), view.look.image.tone_map).0;
                         write_png(&path, size.width, size.height, ColorType::Rgb, &bytes)?;
                     }
                     Ok::<_, CliError>(leak(&image, &without, rooms::columns(thickness, size.width)))

@@ -97,18 +97,17 @@ fn cases() -> Vec<Case> {
         Case { name: "draft, history", settings: |look| with(look, Quality::Draft.sampled(), History::On) },
         Case {
             name: "probes, history",
-            settings: |look| Settings { indirect: Probes::default().into(), history: History::On, ..look.clone() },
+            settings: |look| look.clone().with_indirect(Probes::default()).with_history(History::On),
         },
     ]
 }
 
 /// No indirect light: the largest error, and what is subtracted to get indirect light alone.
-const NONE: Case =
-    Case { name: "none", settings: |look| Settings { indirect: technique::NO_INDIRECT, ..look.clone() } };
+const NONE: Case = Case { name: "none", settings: |look| look.clone().with_indirect(technique::NO_INDIRECT) };
 
 /// Settings with rays from every pixel.
 fn with(look: &Settings, sampled: Sampled, history: History) -> Settings {
-    Settings { indirect: technique::sampled(sampled), history, ..look.clone() }
+    look.clone().with_indirect(technique::sampled(sampled)).with_history(history)
 }
 
 /// Inputs of all parts.

@@ -1,6 +1,6 @@
 //! A walk whose frames have references of their own, and flicker of static surfaces along it.
 
-use lanternfish::settings::{History, Settings};
+use lanternfish::settings::History;
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_scene::Camera;
@@ -76,7 +76,8 @@ impl Bench {
             let reference = ((frame as u32 + 1).is_multiple_of(self.every))
                 .then(|| self.reference(&View { camera: camera.clone(), ..view.clone() }, progress))
                 .transpose()?;
-            let colors = reference.as_ref().map(|image| shown(image, view.look.exposure, view.look.tone_map).0);
+            let colors =
+                reference.as_ref().map(|image| shown(image, view.look.image.exposure, view.look.image.tone_map).0);
             let number = format!("{frame:03}");
             for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
                 let (renderer, uploaded, walked, flips, times, frames) = walker;
@@ -126,7 +127,7 @@ impl Bench {
     fn flicker(&self, view: &View, progress: &mut Progress) -> Result<Vec<Row>, CliError> {
         let (scene, mut cameras) = (grey(&view.scene), self.cameras(view));
         cameras.truncate(FLICKER_FRAMES);
-        let without = Settings { history: History::Off, ..(NONE.settings)(&view.look) };
+        let without = ((NONE.settings)(&view.look)).with_history(History::Off);
         let walk = progress
             .step("flicker", "without", || Walk::new(&self.run.engine, &scene, &cameras, view.size, &without))?;
         let of = |case: &Case| {

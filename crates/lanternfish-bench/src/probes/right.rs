@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderedImage,
-    settings::{History, Quality, Settings},
+    settings::{History, Quality},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_metrics::{ColorType, Pair, RgbImage, write_png};
@@ -44,7 +44,7 @@ impl Bench {
         let (mut rows, mut references) = (Vec::new(), Vec::new());
         for view in self.views(views::RIGHT, 180)? {
             let reference = progress.step("reference", view.name, || self.reference_of(&view))?;
-            let bytes = shown(&reference.image, view.look.exposure, view.look.tone_map).0;
+            let bytes = shown(&reference.image, view.look.image.exposure, view.look.image.tone_map).0;
             let path = self.path(&["right", view.name, "reference"]);
             write_png(&path, view.size.width, view.size.height, ColorType::Rgb, &bytes)?;
             let Reference { figures, indirect, .. } = &reference;
@@ -58,7 +58,7 @@ impl Bench {
                     .fixed("seconds", "s", 0, figures.seconds),
             );
             let [without, mean_without] = [1, self.mean_frames()]
-                .map(|accumulate| self.first_frame(&view, Settings { accumulate, ..(NONE.settings)(&view.look) }));
+                .map(|accumulate| self.first_frame(&view, ((NONE.settings)(&view.look)).with_accumulate(accumulate)));
             let [without, mean_without] = [energy(&without?), energy(&mean_without?)];
             for case in [&NONE, &ONE_BOUNCE, &MEAN].into_iter().chain(&self.cases) {
                 let doing = format!("{}, {}", view.name, case.name);
@@ -103,7 +103,7 @@ impl Bench {
     ) -> Result<Row, CliError> {
         let settings = (case.settings)(&view.look);
         let frames = if case.name == MEAN.name {
-            vec![self.first_frame(view, Settings { accumulate: self.mean_frames(), ..settings })?]
+            vec![self.first_frame(view, settings.with_accumulate(self.mean_frames()))?]
         } else if case.name == NONE.name {
             vec![self.first_frame(view, settings)?]
         } else {

@@ -59,7 +59,7 @@ impl Bench {
                 Some(size) if shape != (1, 1) => size.width,
                 _ => height * shape.0 / shape.1,
             };
-            let look = Settings { materials, ..shot.settings() };
+            let look = shot.settings().with_materials(materials);
             views.push(View { name, scene, camera, look, size: Size { width, height } });
         }
         Ok(views)

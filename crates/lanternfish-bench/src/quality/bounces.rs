@@ -20,7 +20,7 @@ fn of_technique(technique: Indirect, default: &Settings) -> Vec<Technique> {
     let deep_images = DeepImageSettings { resolution: 64, ..DeepImageSettings::of(&default.structure) };
     let row = |name: String, ground_truth: GroundTruth, indirect| {
         let materials = if ground_truth == GroundTruth::OneBounce { Materials::Lambert } else { Materials::File };
-        let settings = Settings { indirect, materials, structure: deep_images.into(), ..default.clone() };
+        let settings = default.clone().with_indirect(indirect).with_materials(materials).with_structure(deep_images);
         Technique { name: format!("{ground_truth} {name}"), settings, ground_truth }
     };
     let name = technique.name().to_owned();

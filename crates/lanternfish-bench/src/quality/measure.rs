@@ -109,7 +109,7 @@ impl Bench<'_> {
         let [file, map] = files;
         let figures = Figures {
             errors,
-            frames: technique.settings.accumulate,
+            frames: technique.settings.image.accumulate,
             differing_pixels,
             frame_ms,
             rays: counter("shadows/rays"),
@@ -135,7 +135,7 @@ impl Bench<'_> {
             Ok::<_, RenderError>((rendering, ms))
         };
         let (rendering, first_ms) = timed()?;
-        if technique.settings.accumulate > 1 {
+        if technique.settings.image.accumulate > 1 {
             return Ok((rendering, first_ms));
         }
         let mut times: Vec<f64> = Vec::new();
@@ -154,8 +154,8 @@ impl Bench<'_> {
     ) -> Result<(Errors, [String; 2]), CliError> {
         let pair = Pair::new(linear(rendering)?.box_downsampled(self.shot.factor as usize)?, ground_truth.clone())?;
         let settings = &technique.settings;
-        let [image, reference] =
-            [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
+        let [image, reference] = [pair.image(), pair.reference()]
+            .map(|image| shown(image, settings.image.exposure, settings.image.tone_map));
         let display = Pair::new(image.1, reference.1)?;
         let map = display.flip_ldr(PIXELS_PER_DEGREE)?;
         let linear = pair.errors();

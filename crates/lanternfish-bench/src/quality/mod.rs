@@ -129,7 +129,10 @@ fn run_shot(
         let scene_of = |ground_truth: GroundTruth| ground_truth.scene(&complete, environment_light);
         traced.figures.energy_without_indirect =
             ground_truths::energy_without_indirect(&run.folder, ground_truth, &traced.mean, scene_of, &subject)?;
-        bench.write(&traced.figures.rendering, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
+        bench.write(
+            &traced.figures.rendering,
+            &shown(&traced.mean, settings.image.exposure, settings.image.tone_map).0,
+        )?;
         result.ground_truths.push(traced.figures);
         for technique in techniques.iter().filter(|technique| technique.ground_truth == ground_truth) {
             eprintln!("  {}", technique.name);

@@ -61,10 +61,10 @@ impl ShotReport {
             factor: shot.factor,
             triangles: scene.triangle_counts().1,
             lights: scene.lights.len(),
-            attenuation: settings.attenuation.to_string(),
-            range_threshold: decimal(settings.range_threshold),
+            attenuation: settings.lights.attenuation.to_string(),
+            range_threshold: decimal(settings.lights.range_threshold),
             exposure: shot.exposure,
-            tone_map: settings.tone_map.to_string(),
+            tone_map: settings.image.tone_map.to_string(),
             ground_truths: Vec::new(),
             rows: Vec::new(),
         }

@@ -178,12 +178,10 @@ impl Shot {
 
     /// Settings of direct light, with this shot's attenuation and exposure.
     pub fn settings(&self) -> Settings {
-        Settings {
-            attenuation: self.attenuation,
-            range_threshold: self.range_threshold,
-            exposure: Exposure::Ev(self.exposure),
-            ..Settings::direct_light()
-        }
+        Settings::direct_light()
+            .with_attenuation(self.attenuation)
+            .with_range_threshold(self.range_threshold)
+            .with_exposure(Exposure::Ev(self.exposure))
     }
 }
 
@@ -225,8 +223,8 @@ mod tests {
         let docs = shot::read(&path, Vec::new()).unwrap();
         let ours = SHOTS.iter().find(|shot| shot.name == "sponza-ten").unwrap();
         assert_eq!(ours.points().collect::<Vec<_>>(), docs.args.lights.points);
-        assert_eq!(ours.settings().range_threshold, docs.args.lights.range_threshold);
-        assert_eq!(ours.settings().attenuation, docs.args.lights.attenuation);
+        assert_eq!(ours.settings().lights.range_threshold, docs.args.lights.range_threshold);
+        assert_eq!(ours.settings().lights.attenuation, docs.args.lights.attenuation);
         let View::At(eye, target, fov_y) = ours.view else { panic!() };
         let view = &docs.args.view;
         assert_eq!((view.eye, view.target), (Some(eye.into()), Some(target.into())));

@@ -43,39 +43,9 @@ impl Technique {
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, ground_truth, settings| Technique { name, settings, ground_truth };
     let mut rows = vec![row("default".to_owned(), GroundTruth::Direct, default.clone())];
-    let Settings {
-        direct,
-        culling,
-        shadows: _,
-        ray_culling: _,
-        ray_range_culling: _,
-        light_radius: _,
-        shadow_rays: _,
-        materials,
-        textures: _,
-        samples: _,
-        anisotropy: _,
-        // Have rows with separate ground truths, below.
-        indirect: _,
-        occlusion: _,
-        structure: _,
-        accumulate: _,
-        // Does not change a single image; measured by `lanternfish-bench history`.
-        history: _,
-        // Set by the shot, for the ground truth too.
-        attenuation: _,
-        attenuation_near_radius: _,
-        attenuation_coefficients: _,
-        range_threshold: _,
-        // Change the display of an image, not its rendering.
-        exposure: _,
-        tone_map: _,
-        debug_view: _,
-        // Antialiasing of frames of a moving view; the rows are single images.
-        antialiasing: _,
-    } = default;
+    let (direct, culling, materials) = (&default.direct, &default.culling, &default.materials.model);
     for other in cullings().into_iter().filter(|other| other != culling) {
-        let settings = Settings { culling: other.clone(), ..default.clone() };
+        let settings = default.clone().with_culling(other.clone());
         rows.push(row(culling_name(&other), GroundTruth::Direct, settings));
     }
     let of_rays = |rays: &LightRays| SampledLights { rays: *rays, ..SampledLights::default() }.into();
@@ -83,7 +53,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let others = others.map(|rays| (format!("sampled, light-samples {rays}"), of_rays(rays)));
     let techniques = Direct::all().into_iter().map(|other| (other.name().to_owned(), other));
     for (name, other) in techniques.chain(others).filter(|(_, other)| other != direct) {
-        let settings = Settings { direct: other, ..default.clone() };
+        let settings = default.clone().with_direct(other);
         rows.push(row(format!("direct {name}"), GroundTruth::Direct, settings));
     }
     let mut each = |name: &str, changed: Vec<(String, Settings)>| {
@@ -91,31 +61,35 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), GroundTruth::Direct, settings)));
     };
     macro_rules! every {
-        ($name:literal, $field:ident, $type:ty) => {
-            let changed = |value: &$type| (value.to_string(), Settings { $field: *value, ..default.clone() });
+        ($name:literal, $group:ident.$field:ident, $type:ty) => {
+            let changed = |value: &$type| {
+                let mut settings = default.clone();
+                settings.$group.$field = *value;
+                (value.to_string(), settings)
+            };
             each($name, <$type as Named>::all().iter().map(changed).collect());
         };
     }
-    every!("shadows", shadows, Shadows);
-    every!("ray-culling", ray_culling, RayCulling);
-    every!("ray-range-culling", ray_range_culling, RayRangeCulling);
-    every!("textures", textures, TextureBinding);
-    every!("samples", samples, Samples);
+    every!("shadows", shadows.technique, Shadows);
+    every!("ray-culling", shadows.ray_culling, RayCulling);
+    every!("ray-range-culling", shadows.ray_range_culling, RayRangeCulling);
+    every!("textures", materials.textures, TextureBinding);
+    every!("samples", image.samples, Samples);
     // Four frames: more take longer and show nothing new.
-    each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
-    every!("anisotropy", anisotropy, Anisotropy);
+    each("accumulate", vec![("4".to_owned(), default.clone().with_accumulate(4))]);
+    every!("anisotropy", materials.anisotropy, Anisotropy);
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
         let ground_truth = match other {
             Materials::File => GroundTruth::Direct,
             Materials::Lambert => GroundTruth::DirectLambert,
         };
-        let settings = Settings { materials: *other, ..default.clone() };
+        let settings = default.clone().with_materials(*other);
         rows.push(row(format!("materials {other}"), ground_truth, settings));
     }
     // Area lights, rendered as points, and as disks with few or many shadow rays.
     rows.push(row("light-radius 0".to_owned(), GroundTruth::DirectSoft, default.clone()));
-    for shadow_rays in [default.shadow_rays, 4, 64] {
-        let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
+    for shadow_rays in [default.shadows.rays, 4, 64] {
+        let settings = default.clone().with_light_radius(SOFT_RADIUS).with_shadow_rays(shadow_rays);
         rows.push(row(
             format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"),
             GroundTruth::DirectSoft,
@@ -123,16 +97,15 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         ));
     }
     // All light, rendered without indirect light, and with it.
-    let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
+    let without = |accumulate| default.clone().with_indirect(technique::NO_INDIRECT).with_accumulate(accumulate);
     rows.push(row("indirect none".to_owned(), GroundTruth::Full, without(1)));
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), GroundTruth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::all() {
-        let settings =
-            Settings { indirect: indirect.clone(), structure: Settings::default().structure, ..default.clone() };
+        let settings = default.clone().with_indirect(indirect.clone()).with_structure(Settings::default().structure);
         rows.push(row(format!("indirect {}", indirect.name()), GroundTruth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
-        let settings = Settings { indirect: technique::sampled(sampled), accumulate, ..default.clone() };
+        let settings = default.clone().with_indirect(technique::sampled(sampled)).with_accumulate(accumulate);
         row(format!("indirect sampled, {name}"), GroundTruth::Full, settings)
     };
     rows.push(sampled("one bounce", GOOD, 1));
@@ -160,7 +133,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     let of = |name: &str, indirect, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::of(&default.structure) };
         let settings =
-            Settings { indirect, structure: deep_images.into(), materials: Materials::Lambert, ..default.clone() };
+            default.clone().with_indirect(indirect).with_structure(deep_images).with_materials(Materials::Lambert);
         Technique { name: format!("one-bounce {name}"), settings, ground_truth }
     };
     let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
@@ -199,7 +172,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
 fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     let of = |name: &str, indirect| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::of(&default.structure) };
-        let settings = Settings { indirect, structure: deep_images.into(), ..default.clone() };
+        let settings = default.clone().with_indirect(indirect).with_structure(deep_images);
         Technique { name: format!("one-bounce-file {name}"), settings, ground_truth: GroundTruth::OneBounceFile }
     };
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
@@ -240,7 +213,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let kind = ground_truth.name();
         let max_distance = ground_truth.max_distance(diagonal);
         let mut row = |name: String, occlusion, deep_images: DeepImageSettings| {
-            let settings = Settings { occlusion, structure: deep_images.into(), ..ground_truth.seen(default) };
+            let settings = ground_truth.seen(default).with_occlusion(occlusion).with_structure(deep_images);
             rows.push(Technique { name, settings, ground_truth });
         };
         row(format!("{kind} none"), technique::NO_OCCLUSION, DeepImageSettings::of(&default.structure));
@@ -266,16 +239,16 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
         settings,
         ground_truth: GroundTruth::Environment,
     };
-    let occluded = |occlusion| Settings { occlusion, ..default.clone() };
+    let occluded = |occlusion| default.clone().with_occlusion(occlusion);
     let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
     for occlusion in occlusion_techniques(None, diagonal) {
         for (name, deep_images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
-            rows.push(of(name, Settings { structure: deep_images.into(), ..occluded(occlusion.clone()) }));
+            rows.push(of(name, occluded(occlusion.clone()).with_structure(deep_images)));
         }
     }
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in &Tracer::all() {
-        let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
+        let settings = default.clone().with_indirect(sampled(*tracer));
         rows.push(Technique {
             ground_truth: GroundTruth::EnvironmentBounce,
             ..of(format!("sampled {tracer}"), settings)

@@ -65,11 +65,11 @@ pub const WITH_STEPS: [&str; 3] = ["virtual-lights", "as in the paper", "as in t
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
-    let of = |indirect| Settings { indirect, ..look.clone() };
+    let of = |indirect| look.clone().with_indirect(indirect);
     let with = |lights: VirtualLights| of(technique::virtual_lights(lights));
     let usual = VirtualLights::default();
     let grid = technique::raster_grid(Default::default());
-    let paper = || Settings { structure: papers_images().into(), culling: grid.clone(), ..with(papers_lights()) };
+    let paper = || with(papers_lights()).with_structure(papers_images()).with_culling(grid.clone());
     add("none", of(technique::NO_INDIRECT));
     let good = Quality::Good.sampled().one_bounce();
     add("sampled", of(technique::sampled(good)));
@@ -77,7 +77,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     add("sampled, indirect-resolution half", of(technique::sampled(half)));
     add("virtual-lights", with(usual));
     add("as in the paper", paper());
-    add("as in the paper, our deep images", Settings { structure: our_images().into(), ..paper() });
+    add("as in the paper, our deep images", paper().with_structure(our_images()));
     if quick {
         return all;
     }
@@ -118,18 +118,18 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     for (name, lights) in techniques {
         add(&format!("virtual-lights, {name}"), with(lights));
     }
-    add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() });
-    add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() });
+    add("as in the paper, vpl-weight 32", paper().with_indirect(weighed()));
+    add("as in the paper, vpl-shadows bvh", paper().with_indirect(shadowed()));
     for culling in
         [technique::NO_CULLING, technique::tiled(Default::default()), technique::raster_grid(Default::default())]
     {
         let name = culling.name();
-        add(&format!("virtual-lights, culling {name}"), Settings { culling: culling.clone(), ..with(usual) });
+        add(&format!("virtual-lights, culling {name}"), with(usual).with_culling(culling.clone()));
         if culling != grid {
-            add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() });
+            add(&format!("as in the paper, culling {name}"), paper().with_culling(culling));
         }
     }
-    add("as in the paper, culling clustered", Settings { culling: look.culling.clone(), ..paper() });
+    add("as in the paper, culling clustered", paper().with_culling(look.culling.clone()));
     for count in [1000, 5000] {
         add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)));
         let shared = VirtualLights { ranges: Ranges::Threshold, ..appendix_b(count) };
@@ -174,7 +174,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
         shadows: Shadows::None,
         ..VirtualLights::default()
     };
-    Settings { indirect: technique::virtual_lights(lights), structure: papers_images().into(), ..look.clone() }
+    look.clone().with_indirect(technique::virtual_lights(lights)).with_structure(papers_images())
 }
 
 #[cfg(test)]

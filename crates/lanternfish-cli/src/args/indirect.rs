@@ -84,7 +84,7 @@ impl IndirectArgs {
     pub fn samples(&self, frames: u32) -> Samples {
         match self.indirect.choice.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
-            true => Settings::direct_light().samples,
+            true => Settings::direct_light().image.samples,
             false => self.quality.quality().samples(),
         }
     }

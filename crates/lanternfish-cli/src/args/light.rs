@@ -74,26 +74,26 @@ pub struct LightArgs {
     pub lights: Option<LightSet>,
     /// Distance attenuation of lights. R is the light's range.
     #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
-    #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().lights.attenuation, hide_short_help = true)]
     pub attenuation: Attenuation,
     /// Near radius of the attenuation, m: nearer than this, a light is as bright as at this distance.
     ///
     /// Larger: no bright spots around lights.
     #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().attenuation_near_radius, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().lights.near_radius, hide_short_help = true)]
     pub attenuation_near_radius: f32,
     /// Coefficients of --attenuation clq, intensity / (c0 + c1 d + c2 d²). Larger: less light.
     #[arg(long, value_name = "C0,C1,C2", allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().attenuation_coefficients, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().lights.coefficients, hide_short_help = true)]
     pub attenuation_coefficients: Coefficients,
     /// Intensity that defines the range of a light without a stated one. Lower: larger ranges, less light lost, more work.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().lights.range_threshold, hide_short_help = true)]
     pub range_threshold: f32,
     /// Radius of point and spot lights, m: soft shadows.
     ///
     /// 0: point lights.
     #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().light_radius)]
+    #[arg(default_value_t = Settings::default().lights.radius)]
     pub light_radius: f32,
 }

@@ -24,21 +24,21 @@ pub struct TechniqueArgs {
     ///
     /// The images of the techniques differ in a few pixels at silhouettes; with deep images, within one texel of them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
-    #[arg(default_value_t = Settings::default().shadows)]
+    #[arg(default_value_t = Settings::default().shadows.technique)]
     pub shadows: Shadows,
     /// Shadow rays to skip where the surface faces away from the light.
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
-    #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().shadows.ray_culling, hide_short_help = true)]
     pub ray_culling: RayCulling,
     /// Shadow rays only from within a light's range, tested for each pixel. The image is the same.
     #[arg(long, value_name = "ON|OFF", value_parser = choice::<RayRangeCulling>())]
-    #[arg(default_value_t = Settings::default().ray_range_culling, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().shadows.ray_range_culling, hide_short_help = true)]
     pub ray_range_culling: RayRangeCulling,
     /// Shadow rays per pixel to each light with a --light-radius, a --disk or a --rectangle. More: less noise, slower.
     ///
     /// At most 32 to a disk or rectangle; --accumulate adds to them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().shadows.rays, hide_short_help = true)]
     pub shadow_rays: u32,
     /// Temporal accumulation of indirect light and area-light shadows.
     ///
@@ -67,11 +67,11 @@ pub struct TechniqueArgs {
     ///
     /// Each frame jitters the sample position in the pixel. N times as slow.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().accumulate)]
+    #[arg(default_value_t = Settings::default().image.accumulate)]
     pub accumulate: u32,
     /// Binding of textures to shaders. The image is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
-    #[arg(default_value_t = Settings::default().textures, hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().materials.textures, hide_short_help = true)]
     pub textures: TextureBinding,
 }
 

@@ -40,8 +40,7 @@ pub fn look(
 ) -> Result<(RenderedImage, String), CliError> {
     let settings = args.images.settings(gpu.device.limits().max_texture_dimension_2d)?;
     // The builders draw the BVH's triangles.
-    let renderer =
-        Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::BVH, ..Settings::direct_light() })?;
+    let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light().with_shadows(Shadows::BVH))?;
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(scene))?;
     let mut looker = Looker { args, gpu, profiler: Profiler::new(&gpu.device, &gpu.queue), lines: String::new() };
     let images = progress.step("build", "Building deep images", || looker.build(settings, &uploaded))?;

@@ -72,16 +72,17 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
     check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()))?;
     let (mut scene, motion) = lit_scene(args, &mut progress)?;
-    if output.is_radiance() && settings.exposure != Exposure::Auto {
+    if output.is_radiance() && settings.image.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
     }
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }
-    if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
+    if settings.image.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
         progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
     }
-    if scene.lights.is_empty() && matches!(settings.debug_view, Some(DebugView::LightCount | DebugView::RayCount)) {
+    if scene.lights.is_empty() && matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount))
+    {
         progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
     }
     // Choosing a camera and light visits every placed triangle, so a large scene is refused before.
@@ -109,8 +110,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     note_many_lights(&progress, &uploaded, &renderer);
-    let scale = settings.debug_view.and_then(Scale::of);
-    if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
+    let scale = settings.image.debug_view.and_then(Scale::of);
+    if let (Some(scale), Some(view)) = (&scale, settings.image.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
     }
     let is_metered = renderings::are_metered(&settings, output);
@@ -272,7 +273,7 @@ const MANY_LIGHTS: f32 = 100.0;
 fn note_many_lights(progress: &Progress, uploaded: &GpuScene, renderer: &Renderer) {
     let settings = renderer.settings();
     let in_reach = lights_in_reach(uploaded);
-    if settings.direct.is_none() && settings.shadows != Shadows::None && in_reach > MANY_LIGHTS {
+    if settings.direct.is_none() && settings.shadows.technique != Shadows::None && in_reach > MANY_LIGHTS {
         progress.note(&format!(
             "about {in_reach:.0} lights reach a point, and each gets a ray; --direct sampled is faster, and exact with --accumulate"
         ));
@@ -281,7 +282,7 @@ fn note_many_lights(progress: &Progress, uploaded: &GpuScene, renderer: &Rendere
 
 /// Notes which light has no effect on the image.
 fn note_unused_light(progress: &Progress, scene: &Scene, settings: &Settings) {
-    if settings.debug_view.is_some() {
+    if settings.image.debug_view.is_some() {
         return;
     }
     let (has_occlusion, sees_environment) =

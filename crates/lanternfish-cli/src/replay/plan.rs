@@ -77,7 +77,7 @@ impl Plan {
             ));
         }
         let lights = Lighting {
-            is_seen: settings.debug_view.is_none(),
+            is_seen: settings.image.debug_view.is_none(),
             reaches_surfaces: settings.indirect != Indirect::NONE || settings.occlusion != Occlusion::NONE,
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
@@ -164,7 +164,7 @@ mod tests {
             plan(&format!("scene = \"demo:cornell\"\n[technique]\naccumulate = {accumulate}\n")).settings
         };
         let single = settings(1);
-        assert_eq!((single.accumulate, single.samples), (1, Samples::Four));
+        assert_eq!((single.image.accumulate, single.image.samples), (1, Samples::Four));
         assert_eq!(settings(16), single);
     }
 }

@@ -236,9 +236,9 @@ fn quoted(word: &str) -> String {
 fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
     let deep = &DeepImageSettings::of(&settings.structure);
     let own = match name {
-        "light-radius" => Some(settings.light_radius.to_string()),
-        "textures" => Some(settings.textures.to_string()),
-        "accumulate" => Some(settings.accumulate.to_string()),
+        "light-radius" => Some(settings.lights.radius.to_string()),
+        "textures" => Some(settings.materials.textures.to_string()),
+        "accumulate" => Some(settings.image.accumulate.to_string()),
         "deep-resolution" => Some(deep.resolution.to_string()),
         "deep-slices" => Some(deep.slices.to_string()),
         "deep-directions" => Some(parse::direction_set_text(deep.directions)),

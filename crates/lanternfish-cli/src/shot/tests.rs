@@ -100,8 +100,8 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!(args.lights.lights, Some(LightSet::Rain { count: 10, radius: Some(0.5) }));
     assert_eq!((args.run.seed, args.run.timings, args.run.quiet), (16, true, false));
     let settings = args.settings();
-    assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, Exposure::Ev(-1.0)));
-    assert_eq!(settings.debug_view, Some(DebugView::Normal));
+    assert_eq!((settings.image.tone_map, settings.image.exposure), (ToneMap::Aces, Exposure::Ev(-1.0)));
+    assert_eq!(settings.image.debug_view, Some(DebugView::Normal));
     assert_eq!(settings.culling, Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
 }
 
@@ -241,7 +241,7 @@ fn the_environment_is_relative_to_the_shot() {
     // A flag's path is relative to the current folder.
     assert_eq!(shot(toml, "--environment b.exr").unwrap().args.lights.environment, Some("b.exr".into()));
     let accumulated = shot("scene = \"demo:cornell\"\n[technique]\naccumulate = 16", "").unwrap();
-    assert_eq!(accumulated.args.settings().accumulate, 16);
+    assert_eq!(accumulated.args.settings().image.accumulate, 16);
     let error = shot("scene = \"demo:cornell\"\n[technique]\naccumulate = 0", "").unwrap_err();
     assert!(error.contains("3:14: accumulate = 0"), "{error}");
     let error = shot("scene = \"demo:cornell\"\n[lights]\nenviroment = \"a.hdr\"", "").unwrap_err();

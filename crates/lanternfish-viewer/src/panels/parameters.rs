@@ -46,8 +46,10 @@ fn presets(ui: &mut Ui, settings: &mut Settings) {
         ui.label("quality").on_hover_text("Presets, as --quality of the command line");
         let realtime = Settings::of_preset(Preset::Realtime);
         for preset in Preset::ALL {
-            let Settings { antialiasing, indirect, samples, .. } = Settings::of_preset(*preset);
-            let mut set = Settings { antialiasing, indirect, samples, ..settings.clone() };
+            let of_preset = Settings::of_preset(*preset);
+            let mut set = settings.clone();
+            set.indirect = of_preset.indirect;
+            (set.image.antialiasing, set.image.samples) = (of_preset.image.antialiasing, of_preset.image.samples);
             if *preset == Preset::Realtime {
                 (set.direct, set.history) = (realtime.direct.clone(), realtime.history);
             } else if set.direct == realtime.direct {

@@ -122,7 +122,7 @@ fn gpu_settings_change_at_random() {
     let gpu = own(gpu);
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
-    let base = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let base = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut viewport = Viewport::new(gpu, scene, &base).unwrap();
     viewport.resize(UVec2::new(24, 16));
     let mut random = Random::new(7, 0, 0);

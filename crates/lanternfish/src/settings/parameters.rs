@@ -25,14 +25,14 @@ impl Setting for Exposure {
 impl Settings {
     /// The settings that belong to no technique, in the order of the panels. Their names are those of the command line's flags.
     pub const PARAMETERS: &[Parameter<Self>] = &[
-        Parameter::new("exposure", "auto|EV", Range::Text, "Exposure, EV: 1 doubles, -1 halves; auto: from the image's radiance.", |s: &mut Self| &mut s.exposure)
+        Parameter::new("exposure", "auto|EV", Range::Text, "Exposure, EV: 1 doubles, -1 halves; auto: from the image's radiance.", |s: &mut Self| &mut s.image.exposure)
         .with_default(),
-        Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
-        Parameter::new("materials", "NAME", Range::Names, "Material model.", |s: &mut Self| &mut s.materials).with_default(),
-        Parameter::new("samples", "N", Range::Names, "Samples per pixel at triangle edges (MSAA) of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.samples)
+        Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.image.tone_map).with_default(),
+        Parameter::new("materials", "NAME", Range::Names, "Material model.", |s: &mut Self| &mut s.materials.model).with_default(),
+        Parameter::new("samples", "N", Range::Names, "Samples per pixel at triangle edges (MSAA) of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.image.samples)
         .with_default(),
-        Parameter::new("shadows", "NAME", Range::Names, "Shadow technique.", |s: &mut Self| &mut s.shadows).with_default(),
-        Parameter::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadow_rays)
+        Parameter::new("shadows", "NAME", Range::Names, "Shadow technique.", |s: &mut Self| &mut s.shadows.technique).with_default(),
+        Parameter::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadows.rays)
         .with_default(),
         Parameter::new(
             "history",
@@ -47,22 +47,22 @@ impl Settings {
             "NAME",
             Range::Names,
             "Antialiasing over frames. Temporal: smooth edges while the view moves, a little blur.",
-            |s: &mut Self| &mut s.antialiasing,
+            |s: &mut Self| &mut s.image.antialiasing,
         )
         .with_default(),
-        Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are skipped because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
+        Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are skipped because the surface faces away.", |s: &mut Self| &mut s.shadows.ray_culling)
         .with_default(),
         Parameter::new("ray-range-culling", "ON|OFF", Range::Names, "Whether shadow rays from beyond a light's range are skipped.", |s: &mut Self| {
-            &mut s.ray_range_culling
+            &mut s.shadows.ray_range_culling
         })
         .with_default(),
-        Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
+        Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.lights.attenuation).with_default(),
         Parameter::new(
             "attenuation-near-radius",
             "METRES",
             Range::Positive,
             "Nearer than this, a light is as bright as at this distance. Larger: no bright spots around lights.",
-            |s: &mut Self| &mut s.attenuation_near_radius,
+            |s: &mut Self| &mut s.lights.near_radius,
         )
         .with_default(),
         Parameter::new(
@@ -70,7 +70,7 @@ impl Settings {
             "C0,C1,C2",
             Range::Text,
             "Coefficients of `attenuation clq`. Larger: less light.",
-            |s: &mut Self| &mut s.attenuation_coefficients,
+            |s: &mut Self| &mut s.lights.coefficients,
         )
         .with_default(),
         Parameter::new(
@@ -78,12 +78,12 @@ impl Settings {
             "CD/M2",
             Range::Positive,
             "Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more lights per pixel.",
-            |s: &mut Self| &mut s.range_threshold,
+            |s: &mut Self| &mut s.lights.range_threshold,
         )
         .with_default(),
-        Parameter::new("anisotropy", "N", Range::Names, "Maximum samples along the long axis of a pixel's texture footprint.", |s: &mut Self| &mut s.anisotropy)
+        Parameter::new("anisotropy", "N", Range::Names, "Maximum samples along the long axis of a pixel's texture footprint.", |s: &mut Self| &mut s.materials.anisotropy)
         .with_default(),
-        Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the image.", |s: &mut Self| &mut s.debug_view),
+        Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the image.", |s: &mut Self| &mut s.image.debug_view),
     ];
 
     /// [`crate::technique::AnyTechnique::get`], for [`Self::PARAMETERS`].
@@ -95,7 +95,7 @@ impl Settings {
     /// Sets one of [`Self::PARAMETERS`] from text, or returns the expected values. A parameter of this name must exist.
     pub fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
         let entry = Self::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
-        (entry.ok_or_else(|| format!("there is no setting {parameter}"))?.of)(self).read(text)
+        entry.ok_or_else(|| format!("there is no setting {parameter}"))?.read(self, text)
     }
 }
 

@@ -33,7 +33,7 @@ fn draw_slices(viewport: &mut Viewport, camera: &Camera) -> usize {
 #[test]
 fn gpu_the_last_complete_image_stays_until_the_next_is_complete() {
     let Some(gpu) = testing::gpu("gpu_the_last_complete_image_stays_until_the_next_is_complete") else { return };
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let apart = || Some(Arc::new(Gpu::open_listed(&gpu.description).unwrap()));
     for interface in [None, apart()] {
         let mut whole = cornell(gpu, &settings);
@@ -60,7 +60,7 @@ fn gpu_the_last_complete_image_stays_until_the_next_is_complete() {
 #[test]
 fn gpu_a_scene_may_change_between_slices() {
     let Some(gpu) = testing::gpu("gpu_a_scene_may_change_between_slices") else { return };
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut viewport = cornell(gpu, &settings).of_window(None);
     let camera = viewport.scene.default_camera(1.5);
     draw_slices(&mut viewport, &camera);

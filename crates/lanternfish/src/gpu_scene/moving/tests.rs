@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    settings::{DebugView, Indirect, Shadows, Tracer},
+    settings::{DebugView, Shadows, Tracer},
     techniques::Sampled,
     testing::{quad, scene_of},
 };
@@ -260,7 +260,7 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
 fn gpu_deformations_on_device_and_host_agree() {
     let test = "gpu_deformations_on_device_and_host_agree";
     let Some(gpu) = testing::gpu(test) else { return };
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     compare(gpu, &renderer, "generated", &scene());
     for sample in [
@@ -285,9 +285,9 @@ fn gpu_deformations_on_device_and_host_agree() {
 #[test]
 fn gpu_unsupported_animations_are_refused_by_name() {
     let Some(gpu) = testing::gpu("gpu_unsupported_animations_are_refused_by_name") else { return };
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
-    let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
+    let lit = direct.clone().with_indirect(sampled);
     let mut dark = scene();
     dark.motion.lights.clear();
     let mut shining = dark.clone();
@@ -332,7 +332,7 @@ fn gpu_unsupported_animations_are_refused_by_name() {
 fn gpu_motion_includes_deformation_on_the_device() {
     let Some(gpu) = testing::gpu("gpu_motion_includes_deformation_on_the_device") else { return };
     let scene = scene();
-    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Motion));
     let shown = |by_device: bool| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -361,7 +361,7 @@ fn gpu_motion_includes_deformation_on_the_device() {
 fn gpu_mirroring_an_instance_resets_motion() {
     let Some(gpu) = testing::gpu("gpu_mirroring_an_instance_resets_motion") else { return };
     let scene = scene();
-    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Motion));
     let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();

@@ -14,7 +14,7 @@ fn image(renderer: &mut Renderer, uploaded: &lanternfish::GpuScene, scene: &Scen
 #[test]
 fn gpu_sampled_lights_follow_updates() {
     let Some(gpu) = testing::gpu("gpu_sampled_lights_follow_updates") else { return };
-    let settings = Settings { direct: SampledLights::default().into(), history: History::Off, ..sampled() };
+    let settings = sampled().with_direct(SampledLights::default()).with_history(History::Off);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut now = cornell(10, point);
     let mut uploaded = renderer.upload(&now).unwrap();
@@ -75,7 +75,7 @@ fn gpu_extreme_lights_give_finite_sampled_light() {
             false,
         ),
     ];
-    let filtered = Settings { direct: SampledLights::default().into(), ..sampled() };
+    let filtered = sampled().with_direct(SampledLights::default());
     for settings in [sampled(), filtered] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         for (name, scene, is_dark) in &cases {
@@ -90,8 +90,8 @@ fn gpu_extreme_lights_give_finite_sampled_light() {
     // Equal lights in one place are equally likely: any of them stands for all.
     let (_, scene, _) = &cases[2];
     let of = |settings| linear(&render(gpu, scene, &scene.cameras[0], SMALL, settings));
-    let settings = Settings { history: History::Off, ..sampled() };
-    let ratio = energy(&of(settings.clone()), &of(Settings { direct: Direct::NONE, ..settings }));
+    let settings = sampled().with_history(History::Off);
+    let ratio = energy(&of(settings.clone()), &of(settings.with_direct(Direct::NONE)));
     println!("a thousand in one place: energy {ratio:.4}");
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
 }

@@ -63,8 +63,8 @@ fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Rendere
 #[test]
 fn gpu_update_handles_any_change() {
     let Some(gpu) = testing::gpu("gpu_update_handles_any_change") else { return };
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = direct.clone().with_indirect(few_rays());
     for settings in [direct, indirect] {
         let mut now = textured();
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
@@ -140,8 +140,8 @@ fn gpu_instances_scaled_to_zero_appear_by_a_move() {
 #[test]
 fn gpu_set_material_renders_like_a_fresh_upload() {
     let Some(gpu) = testing::gpu("gpu_set_material_renders_like_a_fresh_upload") else { return };
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = direct.clone().with_indirect(few_rays());
     for (settings, bytes) in [(direct, 544), (indirect, 608)] {
         let is_indirect = settings.indirect != Indirect::NONE;
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
