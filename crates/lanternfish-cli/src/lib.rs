@@ -33,6 +33,7 @@ pub mod report;
 pub mod scene;
 pub mod shot;
 mod signals;
+mod stage;
 mod stereo;
 mod warm;
 mod window;

@@ -45,6 +45,13 @@ pub struct Size {
     pub height: u32,
 }
 
+impl Size {
+    /// Width over height.
+    pub fn aspect(self) -> f32 {
+        self.width as f32 / self.height as f32
+    }
+}
+
 /// Parses a size, `WxH`, pixels.
 pub fn size(text: &str) -> Result<Size, String> {
     let range = format!("each side from {} to {} pixels", SIDES.start(), SIDES.end());

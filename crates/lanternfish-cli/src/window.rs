@@ -72,7 +72,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     // The opened scene. A file that is dropped on the window replaces it.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
     let open_another = Rc::clone(&opened);
-    eyes.map(|eyes| stereo::cameras(eyes, &camera, size.width as f32 / size.height as f32)).transpose()?;
+    eyes.map(|eyes| stereo::cameras(eyes, &camera, size.aspect())).transpose()?;
     let start = Start {
         name,
         scene,
@@ -156,7 +156,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let first = shot.first();
     let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
     let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
-    let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
+    let camera = camera::choose(&scene, &first.view, size.aspect())?;
     let lights = Lighting { is_seen: true, ..Lighting::of(&args.settings()) };
     let before = scene.lights.len();
     let rig = light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;

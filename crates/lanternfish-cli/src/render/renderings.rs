@@ -110,7 +110,7 @@ impl<'a> RenderedImages<'a> {
         may_lack_light: bool,
     ) -> Self {
         let size = args.output.size;
-        let aspect = size.width as f32 / size.height as f32;
+        let aspect = size.aspect();
         let may_change = args.track.orbit.is_some() && !revolving.is_empty();
         let bounds = motion.is_some().then(|| scene.bounds());
         let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_lack_light);

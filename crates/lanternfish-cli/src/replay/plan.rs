@@ -30,8 +30,7 @@ struct Step {
 fn steps_of(scene: &Scene, shot: &Shot, progress: &Progress) -> Result<Vec<Step>, CliError> {
     let (frames, size) = (shot.frames(), shot.args.output.size);
     let views: Vec<_> = frames.iter().map(|frame| frame.view.clone()).collect();
-    let (cameras, is_inside) =
-        camera::choose_each(scene, &Bounds::EMPTY, &views, size.width as f32 / size.height as f32)?;
+    let (cameras, is_inside) = camera::choose_each(scene, &Bounds::EMPTY, &views, size.aspect())?;
     if is_inside {
         progress.note(camera::INSIDE);
     }
