@@ -62,17 +62,14 @@ impl Subject {
         let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, &views, width as f32 / height as f32)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
         // A fixed exposure, so that images are comparable.
-        let mut look = Settings::direct_light()
-            .with_shadows(Shadows::BVH)
-            .with_attenuation(lights.attenuation)
-            .with_attenuation_near_radius(lights.attenuation_near_radius)
-            .with_attenuation_coefficients(lights.attenuation_coefficients)
-            .with_range_threshold(lights.range_threshold)
-            .with_exposure(Exposure::Ev(0.0));
+        let mut look = Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(0.0));
+        lights.settings.set(&mut look);
+        look.lights.radius = 0.0;
         if let Some(shot) = &shot {
-            look.image.tone_map = shot.args.look.tone_map;
-            if shot.args.look.exposure != Exposure::Auto {
-                look.image.exposure = shot.args.look.exposure;
+            let image = shot.args.settings().image;
+            look.image.tone_map = image.tone_map;
+            if image.exposure != Exposure::Auto {
+                look.image.exposure = image.exposure;
             }
         }
         Ok(Self { scene, cameras, look })

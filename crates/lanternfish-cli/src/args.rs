@@ -2,7 +2,6 @@
 
 mod indirect;
 mod light;
-mod look;
 mod parameters;
 mod technique;
 #[cfg(test)]
@@ -18,7 +17,10 @@ use lanternfish::settings::Settings;
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
-pub use self::{indirect::IndirectArgs, light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
+pub(crate) use self::parameters::Words;
+pub use self::{
+    indirect::IndirectArgs, light::LightArgs, parameters::LookArgs, technique::TechniqueArgs, track::TrackArgs,
+};
 use crate::{
     choices::choice,
     help,
@@ -286,37 +288,19 @@ impl RenderArgs {
 
     /// The library's settings that these flags choose.
     pub fn settings(&self) -> Settings {
-        self.settings_of(self.technique.accumulate)
+        self.settings_of(self.technique.frames())
     }
 
     /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`.
     pub fn settings_of(&self, frames: u32) -> Settings {
-        let technique = &self.technique;
-        let preset = Settings::of_preset(self.indirect.quality);
-        Settings::default()
-            .with_direct(technique.direct(&preset.direct))
-            .with_culling(technique.culling())
-            .with_shadows(technique.shadows)
-            .with_ray_culling(technique.ray_culling)
-            .with_ray_range_culling(technique.ray_range_culling)
-            .with_shadow_rays(technique.shadow_rays)
-            .with_light_radius(self.lights.light_radius)
-            .with_attenuation(self.lights.attenuation)
-            .with_attenuation_near_radius(self.lights.attenuation_near_radius)
-            .with_attenuation_coefficients(self.lights.attenuation_coefficients)
-            .with_range_threshold(self.lights.range_threshold)
-            .with_history(technique.history.unwrap_or(preset.history))
-            .with_occlusion(self.indirect.occlusion())
+        let mut settings = Settings::of_preset(self.indirect.quality).with_samples(self.indirect.samples(frames));
+        self.technique.set(&mut settings);
+        self.lights.settings.set(&mut settings);
+        self.look.set(&mut settings);
+        settings
             .with_indirect(self.indirect.indirect())
+            .with_occlusion(self.indirect.occlusion())
             .with_structure(self.indirect.deep_images().chosen())
-            .with_materials(self.look.materials)
-            .with_anisotropy(self.look.anisotropy)
-            .with_textures(technique.textures)
-            .with_antialiasing(technique.antialiasing.unwrap_or(preset.image.antialiasing))
-            .with_exposure(self.look.exposure)
-            .with_tone_map(self.look.tone_map)
-            .with_debug_view(self.look.debug_view)
-            .with_samples(technique.samples.unwrap_or(self.indirect.samples(frames)))
             .with_accumulate(frames)
     }
 }

@@ -11,10 +11,7 @@ use lanternfish_gpu::AdapterDescription;
 use lanternfish_papers::{Deep, DeepImageSettings};
 use serde::Serialize;
 
-use crate::{
-    parse::{Size, direction_set_text},
-    scene::SceneName,
-};
+use crate::{parse::Size, scene::SceneName};
 
 /// The report of a run.
 #[derive(Debug, Serialize)]
@@ -184,7 +181,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
         names.extend([
             ("deep-resolution", deep.resolution.to_string()),
             ("deep-slices", deep.slices.to_string()),
-            ("deep-directions", direction_set_text(deep.directions)),
+            ("deep-directions", deep.directions.to_string()),
             ("deep-builder", deep.builder.to_string()),
             ("deep-sort", deep.sort.to_string()),
             ("deep-merge", deep.merge_texels.to_string()),

@@ -54,12 +54,16 @@ pub struct ParameterInfo {
     pub help: &'static str,
     /// True if help states the default. False if the default depends on another flag.
     pub shows_default: bool,
+    /// True if short help lists its flag.
+    pub is_everyday: bool,
+    /// True if panels show it.
+    pub has_panel: bool,
 }
 
 impl ParameterInfo {
-    /// A parameter without a default in help.
+    /// A parameter without a default in help, in long help and in panels.
     pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
-        Self { name, value, range, help, shows_default: false }
+        Self { name, value, range, help, shows_default: false, is_everyday: false, has_panel: true }
     }
 }
 
@@ -85,6 +89,16 @@ impl<T> Parameter<T> {
     pub const fn with_default(self) -> Self {
         Self { info: ParameterInfo { shows_default: true, ..self.info }, of: self.of }
     }
+
+    /// The parameter in short help too.
+    pub const fn everyday(self) -> Self {
+        Self { info: ParameterInfo { is_everyday: true, ..self.info }, of: self.of }
+    }
+
+    /// The parameter without a row in panels.
+    pub const fn without_panel(self) -> Self {
+        Self { info: ParameterInfo { has_panel: false, ..self.info }, of: self.of }
+    }
 }
 
 /// The valid values of a parameter.
@@ -94,6 +108,8 @@ pub enum Range {
     Count(u32, u32),
     /// A number above 0.
     Positive,
+    /// A number from the first to the second value, which may be infinite.
+    Number(f32, f32),
     /// One of the names of the parameter's type.
     Names,
     /// One of the names of the parameter's type, which are integers.
@@ -114,6 +130,12 @@ impl Range {
             }
             Self::Positive if !text.parse().is_ok_and(|number: f32| number > 0.0 && number.is_finite()) => {
                 Err("expected a number above 0".to_owned())
+            }
+            Self::Number(least, most)
+                if !text.parse().is_ok_and(|number: f32| number.is_finite() && (least..=most).contains(&number)) =>
+            {
+                let most = if most.is_finite() { format!("to {most}") } else { "or above".to_owned() };
+                Err(format!("expected a number, {least} {most}"))
             }
             _ => Ok(()),
         }

@@ -223,8 +223,8 @@ mod tests {
         let docs = shot::read(&path, Vec::new()).unwrap();
         let ours = SHOTS.iter().find(|shot| shot.name == "sponza-ten").unwrap();
         assert_eq!(ours.points().collect::<Vec<_>>(), docs.args.lights.points);
-        assert_eq!(ours.settings().lights.range_threshold, docs.args.lights.range_threshold);
-        assert_eq!(ours.settings().lights.attenuation, docs.args.lights.attenuation);
+        assert_eq!(ours.settings().lights.range_threshold, docs.args.settings().lights.range_threshold);
+        assert_eq!(ours.settings().lights.attenuation, docs.args.settings().lights.attenuation);
         let View::At(eye, target, fov_y) = ours.view else { panic!() };
         let view = &docs.args.view;
         assert_eq!((view.eye, view.target), (Some(eye.into()), Some(target.into())));

@@ -9,11 +9,10 @@ use std::{
 
 use clap::{Arg, ArgAction, Args as _, Command, error::ContextKind, error::ContextValue};
 use glam::Vec3;
-use lanternfish::settings::Exposure;
-use lanternfish_scene::Light;
+use lanternfish_scene::{Light, nearest};
 
 use crate::{
-    args::{RenderArgs, render_command},
+    args::{RenderArgs, Words, render_command},
     parse::{Frames, Size},
 };
 
@@ -71,7 +70,7 @@ impl Key {
             Kind::Switch
         } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) {
             Kind::Number
-        } else if is(&[TypeId::of::<Exposure>(), TypeId::of::<Frames>()]) {
+        } else if is(&[TypeId::of::<Words>(), TypeId::of::<Frames>()]) {
             Kind::NumberOrWord
         } else if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) {
             Kind::Numbers
@@ -124,7 +123,7 @@ impl Key {
         match error.get(ContextKind::ValidValue) {
             Some(ContextValue::Strings(names)) if !names.is_empty() => {
                 let value = values.last().map(|value| value.to_string_lossy()).unwrap_or_default();
-                let nearest = nearest(&value, names.iter().map(String::as_str));
+                let nearest = nearest(&value, &names.iter().map(String::as_str).collect::<Vec<_>>());
                 Some(format!("expected one of {}; did you mean {nearest:?}?", names.join(", ")))
             }
             _ => Some(format!("expected {}", self.expected())),
@@ -176,9 +175,4 @@ impl Key {
             _ => self.arg.get_default_values().first().map(AsRef::as_ref),
         }
     }
-}
-
-/// The name that is closest to `name` in spelling.
-pub fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> &'n str {
-    names.min_by_key(|other| strsim::damerau_levenshtein(name, other)).unwrap_or_default()
 }

@@ -6,6 +6,7 @@ use std::{
     path::Path,
 };
 
+use lanternfish_scene::nearest;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -13,7 +14,7 @@ use toml::{
 
 use super::{
     camera_path::{CameraPath, RecordedPath},
-    keys::{Key, Kind, nearest},
+    keys::{Key, Kind},
     track::{Interpolation, Moment, Track},
 };
 use crate::{
@@ -89,7 +90,7 @@ impl Reader<'_> {
         let mut words = Vec::new();
         for (name, value) in flags {
             let Some(key) = self.keys.iter().find(|key| key.is_called(&name)) else {
-                let nearest = nearest(&name, self.keys.iter().map(|key| key.name.as_str()));
+                let nearest = nearest(&name, &self.keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
                 return Err(failed(
                     format!("the recording's flag {name:?}: there is none"),
                     format!("it may be {nearest:?}"),
@@ -262,7 +263,7 @@ impl Reader<'_> {
         let elsewhere = self.keys.iter().find(|key| key.name == name).map(|key| key.table.as_str());
         let hint = match elsewhere {
             Some(other) => format!("`{name}` belongs in [{other}]"),
-            None => format!("did you mean `{}`?", nearest(name, known)),
+            None => format!("did you mean `{}`?", nearest(name, &known.collect::<Vec<_>>())),
         };
         self.error(place, &what, hint)
     }

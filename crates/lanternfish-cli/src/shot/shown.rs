@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use glam::Vec3;
 use lanternfish::{
     settings::Settings,
-    technique::{Choice, Kind},
+    technique::{AnyTechnique as _, Choice, Kind},
 };
 use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::{
@@ -22,7 +22,7 @@ use super::{
     keys::{Key, keys},
     parsed, write,
 };
-use crate::{camera, error::CliError, parse, stereo};
+use crate::{camera, error::CliError, stereo};
 
 /// Flags of things that a window does not show. They are dropped.
 const LEFT_BEHIND: [&str; 14] = [
@@ -234,23 +234,11 @@ fn quoted(word: &str) -> String {
 
 /// The value of a flag of settings. The outer `None`: the flag is not about settings; the inner one: it has its default.
 fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
-    let deep = &DeepImageSettings::of(&settings.structure);
-    let own = match name {
-        "light-radius" => Some(settings.lights.radius.to_string()),
-        "textures" => Some(settings.materials.textures.to_string()),
-        "accumulate" => Some(settings.image.accumulate.to_string()),
-        "deep-resolution" => Some(deep.resolution.to_string()),
-        "deep-slices" => Some(deep.slices.to_string()),
-        "deep-directions" => Some(parse::direction_set_text(deep.directions)),
-        "deep-builder" => Some(deep.builder.to_string()),
-        "deep-sort" => Some(deep.sort.to_string()),
-        "deep-merge" => Some(deep.merge_texels.to_string()),
-        "deep-search" => Some(deep.search.to_string()),
-        _ => None,
-    };
     let is_own = Settings::PARAMETERS.iter().any(|parameter| parameter.info.name == name);
-    own.map(Some)
-        .or_else(|| is_own.then(|| settings.get(name)))
+    let of_images = || DeepImageSettings::of(&settings.structure).get(name).map(Some);
+    is_own
+        .then(|| settings.get(name))
+        .or_else(of_images)
         .or_else(|| of_technique(name, &settings.indirect))
         .or_else(|| of_technique(name, &settings.occlusion))
         .or_else(|| of_technique(name, &settings.direct))

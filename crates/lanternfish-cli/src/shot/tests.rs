@@ -222,14 +222,14 @@ fn flags_override_keys_and_points_add_up() {
     let text = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 2, 3]]\n[look]\nexposure = 1\ntone-map = \"aces\"";
     let args = shot(text, "--exposure 2 --point 1,1,1,1 -o b.png").unwrap().args;
     assert_eq!(
-        (args.look.exposure, args.look.tone_map, args.lights.points.len()),
+        (args.settings().image.exposure, args.settings().image.tone_map, args.lights.points.len()),
         (Exposure::Ev(2.0), ToneMap::Aces, 2)
     );
     assert_eq!(args.output.output, Some("b.png".into()));
     // Defaults of flags do not override keys.
-    assert_eq!(shot(text, "").unwrap().args.look.exposure, Exposure::Ev(1.0));
+    assert_eq!(shot(text, "").unwrap().args.settings().image.exposure, Exposure::Ev(1.0));
     let metered = shot(&text.replace("= 1\n", "= \"auto\"\n"), "").unwrap().args;
-    assert_eq!(metered.look.exposure, Exposure::Auto);
+    assert_eq!(metered.settings().image.exposure, Exposure::Auto);
 }
 
 #[test]

@@ -8,14 +8,14 @@ use lanternfish_scene::nearest;
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{self, DeserializeSeed, Error as _, MapAccess, SeqAccess, Visitor},
-    ser::SerializeMap,
+    ser::{Error as _, SerializeMap},
 };
 
 use super::{AnyTechnique, Choice, Kind, Range};
 
 impl<K: Kind + ?Sized> Serialize for Choice<K> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        write(self, K::NONE_NAME, serializer)
+        write(self, K::NONE_NAME, Choice::all(), serializer)
     }
 }
 
@@ -25,12 +25,23 @@ impl<'de, K: Kind + ?Sized> Deserialize<'de> for Choice<K> {
     }
 }
 
+/// Writes a choice. Values that no parameter holds are an error: they would be lost.
 fn write<K: AnyTechnique + ?Sized, S: Serializer>(
     choice: &Choice<K>,
     none: &str,
+    all: Vec<Choice<K>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     let Some(technique) = choice.technique() else { return serializer.serialize_str(none) };
+    let mut read = all.into_iter().find(|other| name_of(other) == Some(technique.name())).unwrap_or(choice.clone());
+    for (info, _) in technique.parameters() {
+        if let (Some(text), Some(read)) = (technique.get(info.name), read.technique_mut()) {
+            read.set(info.name, &text).map_err(S::Error::custom)?;
+        }
+    }
+    if read != *choice {
+        return Err(S::Error::custom(format!("{technique:?} has values without a parameter, which data cannot hold")));
+    }
     let mut map = serializer.serialize_map(Some(1))?;
     map.serialize_entry(technique.name(), &Parameters(technique))?;
     map.end()
@@ -219,11 +230,14 @@ pub(crate) mod structure {
     const NONE: &str = "none";
 
     pub fn serialize<S: Serializer>(structure: &Structure, serializer: S) -> Result<S::Ok, S::Error> {
-        write(structure, NONE, serializer)
+        write(structure, NONE, all(), serializer)
+    }
+
+    fn all() -> Vec<Structure> {
+        Tracer::all().into_iter().map(|tracer| tracer.structure(&Structure::NONE)).collect()
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Structure, D::Error> {
-        let all = Tracer::all().into_iter().map(|tracer| tracer.structure(&Structure::NONE));
-        deserializer.deserialize_any(Read { kind: "structure", none: NONE, all: all.collect() })
+        deserializer.deserialize_any(Read { kind: "structure", none: NONE, all: all() })
     }
 }

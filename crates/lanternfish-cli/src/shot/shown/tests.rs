@@ -99,6 +99,22 @@ fn window_states_survive_a_round_trip() {
     }
 }
 
+/// Settings of every technique survive a round trip as data. What no parameter holds is refused, not lost.
+#[test]
+fn settings_are_data() {
+    lanternfish_papers::register();
+    for settings in many_settings() {
+        let text = serde_json::to_string(&settings).unwrap();
+        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
+    }
+    let images = DeepImageSettings { store: DeepStore::ALL[1], ..DeepImageSettings::default() };
+    let error = serde_json::to_string(&Settings::default().with_structure(images)).unwrap_err().to_string();
+    assert!(error.contains("values without a parameter"), "{error}");
+    let text = r#"{ "structure": { "deep-images": { "deep-directions": "zonal:0" } } }"#;
+    let error = serde_json::from_str::<Settings>(text).unwrap_err().to_string();
+    assert!(error.contains("deep-directions = zonal:0: 0 directions: expected 1 to 4096"), "{error}");
+}
+
 #[test]
 fn a_command_line_omits_flags_without_effect() {
     let (opened, scene) = opened("--seed=7");

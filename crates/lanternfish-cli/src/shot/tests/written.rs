@@ -19,7 +19,10 @@ fn shots_of_earlier_programs_are_what_their_flags_were() {
         given.extend(expected.names());
         // The keyframes, and the frames of them, have no flags.
         expected.args.track.frames = expected.args.track.frames.or(read.args.track.frames);
-        assert_eq!(read.args.settings(), expected.args.settings(), "{name}");
+        let settings = read.args.settings();
+        assert_eq!(settings, expected.args.settings(), "{name}");
+        let data = serde_json::to_string(&settings).unwrap();
+        assert_eq!(serde_json::from_str::<lanternfish::Settings>(&data).unwrap(), settings, "{name}: {data}");
         assert_eq!(of_folder(format!("{:?}", read.args.lights)), format!("{:?}", expected.args.lights), "{name}");
         let rest = |args: &RenderArgs| {
             of_folder(format!("{:?}", (&args.output, &args.part, &args.view, &args.stereo, &args.track, &args.run)))
