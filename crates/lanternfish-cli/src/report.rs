@@ -5,10 +5,9 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 use lanternfish::{
     FrameMemory, Report,
     settings::{Settings, Shadows},
-    technique::{Choice, Kind},
 };
 use lanternfish_gpu::AdapterDescription;
-use lanternfish_papers::{Deep, DeepImageSettings};
+use lanternfish_papers::Deep;
 use serde::Serialize;
 
 use crate::{parse::Size, scene::SceneName};
@@ -148,59 +147,16 @@ impl Run<'_> {
     }
 }
 
-/// Settings by flag name.
+/// Settings by flag name: those of deep images only if something traces them.
 pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
-    let mut names = BTreeMap::from([
-        ("shadows", settings.shadows.technique.to_string()),
-        ("ray-culling", settings.shadows.ray_culling.to_string()),
-        ("ray-range-culling", settings.shadows.ray_range_culling.to_string()),
-        ("light-radius", settings.lights.radius.to_string()),
-        ("shadow-rays", settings.shadows.rays.to_string()),
-        ("history", settings.history.to_string()),
-        ("antialiasing", settings.image.antialiasing.to_string()),
-        ("attenuation", settings.lights.attenuation.to_string()),
-        ("attenuation-near-radius", settings.lights.near_radius.to_string()),
-        ("attenuation-coefficients", settings.lights.coefficients.to_string()),
-        ("range-threshold", settings.lights.range_threshold.to_string()),
-        ("materials", settings.materials.model.to_string()),
-        ("exposure", settings.image.exposure.to_string()),
-        ("tone-map", settings.image.tone_map.to_string()),
-        ("textures", settings.materials.textures.to_string()),
-        ("anisotropy", settings.materials.anisotropy.to_string()),
-        ("samples", settings.image.samples.to_string()),
-        ("accumulate", settings.image.accumulate.to_string()),
-        ("seed", seed.to_string()),
-    ]);
-    add_technique(&mut names, &settings.direct);
-    add_technique(&mut names, &settings.culling);
-    add_technique(&mut names, &settings.indirect);
-    add_technique(&mut names, &settings.occlusion);
-    let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
-    if finds_arriving || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact()) {
-        let deep = DeepImageSettings::of(&settings.structure);
-        names.extend([
-            ("deep-resolution", deep.resolution.to_string()),
-            ("deep-slices", deep.slices.to_string()),
-            ("deep-directions", deep.directions.to_string()),
-            ("deep-builder", deep.builder.to_string()),
-            ("deep-sort", deep.sort.to_string()),
-            ("deep-merge", deep.merge_texels.to_string()),
-            ("deep-search", deep.search.to_string()),
-        ]);
-    }
-    if let Some(view) = settings.image.debug_view {
-        names.insert("debug-view", view.to_string());
-    }
+    let has_structure = settings.occlusion.is::<Deep>()
+        || settings.indirect.is_some()
+        || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact());
+    let shown = Settings::offered().into_iter().filter(|entry| has_structure || entry.kind != "structure");
+    let mut names: BTreeMap<_, _> =
+        shown.filter_map(|entry| Some((entry.info.name, settings.get(entry.info.name)?))).collect();
+    names.insert("seed", seed.to_string());
     names
-}
-
-/// A technique and its parameters, by flag name.
-fn add_technique<K: Kind + ?Sized>(names: &mut BTreeMap<&'static str, String>, choice: &Choice<K>) {
-    names.insert(K::FLAG, choice.name().to_owned());
-    if let Some(technique) = choice.technique() {
-        let parameters = technique.parameters().into_iter().map(|(info, _)| info.name);
-        names.extend(parameters.filter_map(|name| Some((name, technique.get(name)?))));
-    }
 }
 
 /// Passes, counters, memory and steps as a table.

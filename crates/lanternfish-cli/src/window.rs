@@ -173,7 +173,7 @@ fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
         settings.history = History::On;
     }
     if settings.direct.is_none() && !shot.names().iter().any(|name| name == "direct") {
-        settings.direct = shot.args.technique.automatic_direct();
+        settings.direct = shot.args.automatic_direct();
     }
     if let Some(ev) = exposure.filter(|_| settings.image.exposure == Exposure::Auto) {
         settings.image.exposure = Exposure::Ev(ev);

@@ -72,10 +72,9 @@ impl<T: Named> Setting for Option<T> {
     }
     fn read(&mut self, text: &str) -> Result<(), String> {
         let named = || T::all().into_iter().find(|value| value.name() == text);
-        *self = match text {
-            "none" => None,
-            _ => Some(named().ok_or_else(|| "expected one of its names, or none".to_owned())?),
-        };
+        let names: Vec<_> = std::iter::once("none").chain(T::all().into_iter().map(T::name)).collect();
+        let wrong = || format!("expected one of {}; did you mean {:?}?", names.join(", "), nearest(text, &names));
+        *self = if text == "none" { None } else { Some(named().ok_or_else(wrong)?) };
         Ok(())
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {

@@ -1,6 +1,7 @@
 //! Rendering settings, with their units, ranges and effects.
 
 mod groups;
+mod offered;
 mod parameters;
 mod presets;
 #[cfg(test)]
@@ -21,6 +22,7 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
+pub use offered::Offered;
 pub use presets::Preset;
 
 /// Rendering settings, in groups. `Default` is the recommended configuration: all light, at [`Preset::Good`].

@@ -6,7 +6,7 @@ use clap::Args;
 use glam::Vec3;
 use lanternfish_scene::{Light, rig::LightRig};
 
-use super::parameters::LightFlags;
+use super::settings::LightFlags;
 use crate::{
     choices::choice,
     parse::{self, LightSet},

@@ -6,6 +6,7 @@ use std::{
     path::Path,
 };
 
+use lanternfish::settings::Settings;
 use lanternfish_scene::nearest;
 use toml::{
     Spanned,
@@ -126,6 +127,10 @@ impl Reader<'_> {
                 }
                 continue;
             }
+            if let (DeValue::Table(parameters), Some(kind)) = (value.get_ref(), self.kind(table, name)) {
+                self.technique(kind, name, parameters, file)?;
+                continue;
+            }
             match (table, name) {
                 ("track", "interpolation") => interpolation = self.interpolation(value)?,
                 ("track", "keyframes") => keyframes = Some(self.keyframes(value)?),
@@ -138,6 +143,28 @@ impl Reader<'_> {
         }
         if let Some(keyframes) = keyframes {
             file.path = Some(CameraPath::Keyframes(Track { interpolation, keyframes }));
+        }
+        Ok(())
+    }
+
+    /// The key that chooses a technique of this name.
+    fn kind(&self, table: &str, technique: &str) -> Option<&Key> {
+        let is_kind = |key: &&Key| key.table == table && key.chooses(technique);
+        self.keys.iter().find(is_kind)
+    }
+
+    /// A technique with a table of its parameters: [indirect.sampled]. The library's data declares which it has.
+    fn technique(&self, kind: &Key, name: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
+        file.words.push((kind.id.clone(), name.into()));
+        for (parameter, place, value) in entries(content) {
+            let key = self.keys.iter().find(|key| key.setting.is_some() && key.is_called(parameter));
+            let words = key.map(|key| self.words(key, value)).transpose()?.unwrap_or_default();
+            let text = words.first().map(|word| word.to_string_lossy()).unwrap_or_default();
+            let data = serde_json::json!({ &kind.name: { name: { parameter: text } } });
+            serde_json::from_value::<Settings>(data).map_err(|error| {
+                self.error(place.start, &error.to_string(), "`lanternfish help render --all` lists parameters")
+            })?;
+            file.words.extend(key.into_iter().flat_map(|key| words.iter().map(|word| (key.id.clone(), word.clone()))));
         }
         Ok(())
     }

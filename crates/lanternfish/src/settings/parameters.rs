@@ -197,18 +197,6 @@ impl Settings {
             |s: &mut Self| &mut s.image.debug_view,
         ),
     ];
-
-    /// [`crate::technique::AnyTechnique::get`], for [`Self::PARAMETERS`].
-    pub fn get(&self, parameter: &str) -> Option<String> {
-        let entry = Self::PARAMETERS.iter().find(|entry| entry.info.name == parameter)?;
-        (entry.of)(&mut self.clone()).text()
-    }
-
-    /// Sets one of [`Self::PARAMETERS`] from text, or returns the expected values. A parameter of this name must exist.
-    pub fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
-        let entry = Self::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
-        entry.ok_or_else(|| format!("there is no setting {parameter}"))?.read(self, text)
-    }
 }
 
 #[cfg(test)]

@@ -77,15 +77,24 @@ struct Read<K: ?Sized> {
 
 impl<K: AnyTechnique + ?Sized> Read<K> {
     fn named<E: de::Error>(self, name: &str) -> Result<Choice<K>, E> {
-        let names: Vec<_> = [self.none].into_iter().chain(self.all.iter().filter_map(name_of)).collect();
-        if name == self.none {
-            return Ok(Choice::NONE);
-        }
-        self.all.into_iter().find(|choice| name_of(choice) == Some(name)).ok_or_else(|| {
-            let (known, near) = (names.join(", "), nearest(name, &names));
-            E::custom(format!("no {} technique {name:?}: expected one of {known}; did you mean {near:?}?", self.kind))
-        })
+        let wrong = |why| E::custom(format!("no {} technique {name:?}: {why}", self.kind));
+        find(name, self.none, self.all).map_err(wrong)
     }
+}
+
+/// The choice of this name. The error names all, and the nearest.
+pub(crate) fn find<K: AnyTechnique + ?Sized>(
+    name: &str,
+    none: &'static str,
+    all: Vec<Choice<K>>,
+) -> Result<Choice<K>, String> {
+    let names: Vec<_> = [none].into_iter().chain(all.iter().filter_map(name_of)).collect();
+    if name == none {
+        return Ok(Choice::NONE);
+    }
+    let (known, near) = (names.join(", "), nearest(name, &names));
+    let found = all.into_iter().find(|choice| name_of(choice) == Some(name));
+    found.ok_or_else(|| format!("expected one of {known}; did you mean {near:?}?"))
 }
 
 fn name_of<K: AnyTechnique + ?Sized>(choice: &Choice<K>) -> Option<&'static str> {
@@ -233,7 +242,8 @@ pub(crate) mod structure {
         write(structure, NONE, all(), serializer)
     }
 
-    fn all() -> Vec<Structure> {
+    /// Every known structure, with default parameters.
+    pub fn all() -> Vec<Structure> {
         Tracer::all().into_iter().map(|tracer| tracer.structure(&Structure::NONE)).collect()
     }
 

@@ -5,6 +5,7 @@ use super::*;
 /// The twenty shots and their flags cover every key.
 #[test]
 fn shots_of_earlier_programs_are_what_their_flags_were() {
+    lanternfish_papers::register();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shot/tests/written");
     let mut given = BTreeSet::new();
     for line in include_str!("written/flags.txt").lines() {
