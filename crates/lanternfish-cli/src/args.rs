@@ -1,10 +1,7 @@
 //! The flags of `render`, some of which other commands share. Scripts use these names, so they are fixed.
 
-mod indirect;
 mod light;
-mod look;
-mod parameters;
-mod technique;
+mod settings;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -14,11 +11,19 @@ use std::{ffi::OsString, path::PathBuf};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches, builder::NonEmptyStringValueParser};
 use glam::Vec3;
-use lanternfish::settings::Settings;
+use lanternfish::{
+    direct_light::auto::AutoLights,
+    settings::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings},
+};
 use lanternfish_gpu::AdapterChoice;
+use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
-pub use self::{indirect::IndirectArgs, light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
+pub use self::{
+    light::LightArgs,
+    settings::{IndirectArgs, LookArgs, TechniqueArgs},
+    track::TrackArgs,
+};
 use crate::{
     choices::choice,
     help,
@@ -113,6 +118,13 @@ pub struct RenderArgs {
     /// Light culling, shadows, antialiasing.
     #[command(flatten, next_help_heading = "Technique")]
     pub technique: TechniqueArgs,
+    /// Preset.
+    ///
+    /// Sets the flags of light that are not given, and with draft --indirect probes; with realtime also --direct sampled,
+    /// --history on and --antialiasing temporal.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Preset>(), default_value_t = Preset::default())]
+    #[arg(help_heading = "Indirect (light)")]
+    pub quality: Preset,
     /// Indirect light and occlusion.
     #[command(flatten, next_help_heading = "Indirect (light)")]
     pub indirect: IndirectArgs,
@@ -284,40 +296,67 @@ impl RenderArgs {
         Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
     }
 
-    /// The library's settings that these flags choose.
-    pub fn settings(&self) -> Settings {
-        self.settings_of(self.technique.accumulate)
+    /// Name and value of every setting.
+    fn values(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        let lights = self.lights.settings.values().chain(self.look.values());
+        lights.chain(self.technique.values()).chain(self.indirect.values())
     }
 
-    /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`.
+    /// Gives settings other values, which have been checked. The last of a name counts.
+    pub(crate) fn give(&mut self, values: &[(&str, String)]) {
+        self.lights.settings.give(values);
+        self.look.give(values);
+        self.technique.give(values);
+        self.indirect.give(values);
+    }
+
+    /// The library's settings that these flags choose.
+    pub fn settings(&self) -> Settings {
+        let mut given = Settings::default();
+        self.technique.set(&mut given);
+        self.settings_of(given.image.accumulate)
+    }
+
+    /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`. A technique that is given has the
+    /// effort of the preset.
     pub fn settings_of(&self, frames: u32) -> Settings {
-        let technique = &self.technique;
-        let preset = Settings::of_preset(self.indirect.quality);
-        Settings {
-            direct: technique.direct(&preset.direct),
-            culling: technique.culling(),
-            shadows: technique.shadows,
-            ray_culling: technique.ray_culling,
-            ray_range_culling: technique.ray_range_culling,
-            light_radius: self.lights.light_radius,
-            shadow_rays: technique.shadow_rays,
-            history: technique.history.unwrap_or(preset.history),
-            antialiasing: technique.antialiasing.unwrap_or(preset.antialiasing),
-            occlusion: self.indirect.occlusion(),
-            attenuation: self.lights.attenuation,
-            attenuation_near_radius: self.lights.attenuation_near_radius,
-            attenuation_coefficients: self.lights.attenuation_coefficients,
-            range_threshold: self.lights.range_threshold,
-            materials: self.look.materials,
-            exposure: self.look.exposure,
-            tone_map: self.look.tone_map,
-            debug_view: self.look.debug_view,
-            textures: technique.textures,
-            anisotropy: self.look.anisotropy,
-            samples: technique.samples.unwrap_or(self.indirect.samples(frames)),
-            indirect: self.indirect.indirect(),
-            structure: self.indirect.deep_images().chosen(),
-            accumulate: frames,
+        let mut settings = Settings::of_preset(self.quality);
+        let quality = self.quality.quality();
+        let is_choice = |name: &str| [Direct::FLAG, Culling::FLAG, Indirect::FLAG, Occlusion::FLAG].contains(&name);
+        let (choices, values): (Vec<_>, Vec<_>) = self.values().partition(|(name, _)| is_choice(name));
+        let set = |settings: &mut Settings, (name, text): (&str, &str)| {
+            settings.set(name, text).expect("the flag's parser has let it through");
+        };
+        for choice in choices {
+            set(&mut settings, choice);
+            if choice.0 == Indirect::FLAG {
+                settings.indirect = settings.indirect.of_quality(quality);
+            }
         }
+        // Averaged frames jitter the sample position, so edges are smooth without multisampling; with multisampling too, edges smear
+        // over neighbouring pixels.
+        settings.image.samples = match settings.indirect.is_none() {
+            _ if frames >= SMOOTH_FRAMES => Samples::One,
+            true => Settings::direct_light().image.samples,
+            false => quality.samples(),
+        };
+        if settings.indirect.is_some() {
+            settings.structure = DeepImageSettings::of_quality(quality).chosen();
+        }
+        values.into_iter().for_each(|value| set(&mut settings, value));
+        settings.with_accumulate(frames)
+    }
+
+    /// The technique that follows the number of lights, with the parameters of these flags.
+    pub fn automatic_direct(&self) -> Direct {
+        let mut settings = Settings::default().with_direct(AutoLights::default());
+        for (name, text) in self.values().filter(|(name, _)| *name != Direct::FLAG) {
+            settings.set(name, text).expect("the flag's parser has let it through");
+        }
+        settings.direct
     }
 }
+
+/// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
+/// give more accurate edges.
+const SMOOTH_FRAMES: u32 = 32;

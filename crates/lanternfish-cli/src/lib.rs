@@ -79,6 +79,7 @@ mod reference;
 mod render;
 mod renderings;
 mod signals;
+mod stage;
 mod stereo;
 mod warm;
 mod window;

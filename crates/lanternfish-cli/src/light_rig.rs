@@ -26,7 +26,7 @@ impl Lighting {
     pub fn of(settings: &Settings) -> Self {
         let reaches_surfaces = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
         // Debug views need no light.
-        Self { is_seen: settings.debug_view.is_none(), reaches_surfaces }
+        Self { is_seen: settings.image.debug_view.is_none(), reaches_surfaces }
     }
 }
 

@@ -6,8 +6,6 @@ mod range;
 mod tests;
 
 use glam::Vec3;
-use lanternfish::settings::Exposure;
-use lanternfish_papers::deep_images::directions::{DirectionSet, Directions};
 use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
@@ -43,6 +41,13 @@ pub struct Size {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+impl Size {
+    /// Width over height.
+    pub fn aspect(self) -> f32 {
+        self.width as f32 / self.height as f32
+    }
 }
 
 /// Parses a size, `WxH`, pixels.
@@ -189,43 +194,6 @@ fn light_count(text: &str, expected: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("number of lights {text}: expected at most {MOST_LIGHTS}"))
 }
 
-/// Parses a set of directions: `zonal:N`, `stacks:AxB` or `cube:K`. Returns an error if it has too many directions.
-pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
-    let expected = "expected zonal:N, stacks:STACKSxSLICES or cube:K, e.g. zonal:169, stacks:13x13 or cube:5";
-    let number = |text: &str| {
-        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-        // Overflowing numbers are out of range too.
-        if digits { Ok(text.parse::<u32>().unwrap_or(u32::MAX)) } else { Err(format!("{text:?}: {expected}")) }
-    };
-    let set = match text.split_once(':') {
-        Some(("zonal", count)) => DirectionSet::ZonalEqualArea { count: number(count)? },
-        Some(("cube", k)) => DirectionSet::Cube { k: number(k)? },
-        Some(("stacks", counts)) => {
-            let (stacks, slices) = counts.split_once('x').ok_or(expected)?;
-            DirectionSet::StacksSlices { stacks: number(stacks)?, slices: number(slices)? }
-        }
-        _ => return Err(expected.to_owned()),
-    };
-    match set {
-        _ if !(1..=u64::from(Directions::MAX_COUNT)).contains(&set.count()) => {
-            Err(format!("{} directions: expected 1 to {}", set.count(), Directions::MAX_COUNT))
-        }
-        DirectionSet::StacksSlices { slices, .. } if slices > Directions::MAX_SLICES => {
-            Err(format!("{slices} slices: expected at most {}; take more stacks", Directions::MAX_SLICES))
-        }
-        _ => Ok(set),
-    }
-}
-
-/// Formats a set of directions as [`direction_set`] parses it.
-pub fn direction_set_text(set: DirectionSet) -> String {
-    match set {
-        DirectionSet::ZonalEqualArea { count } => format!("zonal:{count}"),
-        DirectionSet::StacksSlices { stacks, slices } => format!("stacks:{stacks}x{slices}"),
-        DirectionSet::Cube { k } => format!("cube:{k}"),
-    }
-}
-
 /// Checks a light's range, m: above 0 and at most [`FARTHEST`].
 fn reach(metres: f32) -> Result<f32, String> {
     if metres > 0.0 && metres <= FARTHEST {
@@ -237,16 +205,6 @@ fn reach(metres: f32) -> Result<f32, String> {
 /// Parses a number above zero.
 pub fn positive(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
-}
-
-/// Parses a radius, m, 0 or more.
-pub fn radius(text: &str) -> Result<f32, String> {
-    number(text).filter(|n| *n >= 0.0).ok_or_else(|| "expected a number of metres, 0 or above".to_owned())
-}
-
-/// Parses a distance in texel widths, 0 to 1.
-pub fn texels(text: &str) -> Result<f32, String> {
-    number(text).filter(|n| (0.0..=1.0).contains(n)).ok_or_else(|| "expected a number of texels, 0 to 1".to_owned())
 }
 
 /// Valid vertical fields of view, degrees.
@@ -275,14 +233,6 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|ev| ev.abs() <= 64.0)
         .ok_or_else(|| "expected stops from -64 to 64, e.g. -1.5 (0: unchanged, 1: twice as bright)".to_owned())
-}
-
-/// Parses an exposure: `auto`, or stops.
-pub fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
-    match text.trim() {
-        "auto" => Ok(Exposure::Auto),
-        _ => exposure(text).map(Exposure::Ev).map_err(|expected| expected.replacen("expected", "expected auto, or", 1)),
-    }
 }
 
 /// Parses comma-separated numbers; `None` if one of them is not a finite number.

@@ -93,7 +93,7 @@ mod tests {
     #[gpu_test]
     fn gpu_every_pass_with_rays_has_its_counter(gpu: &Gpu) {
         let scene = demo("cornell").unwrap();
-        let sampled = Settings { direct: SampledLights::default().into(), ..Settings::direct_light() };
+        let sampled = Settings::direct_light().with_direct(SampledLights::default());
         let mut found = Vec::new();
         for settings in [Settings::default(), sampled] {
             let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();

@@ -46,10 +46,11 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
 /// Opens a window on images and returns when it is closed.
 pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
     let renderings = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let image = args.settings().image;
     open(RenderedImages {
         renderings: renderings.concat(),
-        exposure: args.look.exposure,
-        tone_map: args.look.tone_map,
+        exposure: image.exposure,
+        tone_map: image.tone_map,
         size: [args.output.size.width, args.output.size.height],
         adapter: args.run.adapter.clone().unwrap_or_default(),
         read: Box::new(|path| read(path).map_err(|error| error.to_string())),

@@ -5,16 +5,12 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 use lanternfish::{
     FrameMemory, Report,
     settings::{Settings, Shadows},
-    technique::{Choice, Kind},
 };
 use lanternfish_gpu::AdapterDescription;
-use lanternfish_papers::{Deep, DeepImageSettings};
+use lanternfish_papers::Deep;
 use serde::Serialize;
 
-use crate::{
-    parse::{Size, direction_set_text},
-    scene::SceneName,
-};
+use crate::{parse::Size, scene::SceneName};
 
 /// The report of a run.
 #[derive(Debug, Serialize)]
@@ -151,59 +147,16 @@ impl Run<'_> {
     }
 }
 
-/// Settings by flag name.
+/// Settings by flag name: those of deep images only if something traces them.
 pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
-    let mut names = BTreeMap::from([
-        ("shadows", settings.shadows.to_string()),
-        ("ray-culling", settings.ray_culling.to_string()),
-        ("ray-range-culling", settings.ray_range_culling.to_string()),
-        ("light-radius", settings.light_radius.to_string()),
-        ("shadow-rays", settings.shadow_rays.to_string()),
-        ("history", settings.history.to_string()),
-        ("antialiasing", settings.antialiasing.to_string()),
-        ("attenuation", settings.attenuation.to_string()),
-        ("attenuation-near-radius", settings.attenuation_near_radius.to_string()),
-        ("attenuation-coefficients", settings.attenuation_coefficients.to_string()),
-        ("range-threshold", settings.range_threshold.to_string()),
-        ("materials", settings.materials.to_string()),
-        ("exposure", settings.exposure.to_string()),
-        ("tone-map", settings.tone_map.to_string()),
-        ("textures", settings.textures.to_string()),
-        ("anisotropy", settings.anisotropy.to_string()),
-        ("samples", settings.samples.to_string()),
-        ("accumulate", settings.accumulate.to_string()),
-        ("seed", seed.to_string()),
-    ]);
-    add_technique(&mut names, &settings.direct);
-    add_technique(&mut names, &settings.culling);
-    add_technique(&mut names, &settings.indirect);
-    add_technique(&mut names, &settings.occlusion);
-    let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
-    if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if !tracer.is_exact()) {
-        let deep = DeepImageSettings::of(&settings.structure);
-        names.extend([
-            ("deep-resolution", deep.resolution.to_string()),
-            ("deep-slices", deep.slices.to_string()),
-            ("deep-directions", direction_set_text(deep.directions)),
-            ("deep-builder", deep.builder.to_string()),
-            ("deep-sort", deep.sort.to_string()),
-            ("deep-merge", deep.merge_texels.to_string()),
-            ("deep-search", deep.search.to_string()),
-        ]);
-    }
-    if let Some(view) = settings.debug_view {
-        names.insert("debug-view", view.to_string());
-    }
+    let has_structure = settings.occlusion.is::<Deep>()
+        || settings.indirect.is_some()
+        || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact());
+    let shown = Settings::offered().into_iter().filter(|entry| has_structure || entry.kind != "structure");
+    let mut names: BTreeMap<_, _> =
+        shown.filter_map(|entry| Some((entry.info.name, settings.get(entry.info.name)?))).collect();
+    names.insert("seed", seed.to_string());
     names
-}
-
-/// A technique and its parameters, by flag name.
-fn add_technique<K: Kind + ?Sized>(names: &mut BTreeMap<&'static str, String>, choice: &Choice<K>) {
-    names.insert(K::FLAG, choice.name().to_owned());
-    if let Some(technique) = choice.technique() {
-        let parameters = technique.parameters().into_iter().map(|(info, _)| info.name);
-        names.extend(parameters.filter_map(|name| Some((name, technique.get(name)?))));
-    }
 }
 
 /// Passes, counters, memory and steps as a table.

@@ -72,7 +72,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     // The opened scene. A file that is dropped on the window replaces it.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
     let open_another = Rc::clone(&opened);
-    eyes.map(|eyes| stereo::cameras(eyes, &camera, size.width as f32 / size.height as f32)).transpose()?;
+    eyes.map(|eyes| stereo::cameras(eyes, &camera, size.aspect())).transpose()?;
     let start = Start {
         name,
         scene,
@@ -156,7 +156,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let first = shot.first();
     let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
     let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
-    let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
+    let camera = camera::choose(&scene, &first.view, size.aspect())?;
     let lights = Lighting { is_seen: true, ..Lighting::of(&args.settings()) };
     let before = scene.lights.len();
     let rig = light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
@@ -167,16 +167,16 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
 /// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot or its preset sets them, and with the multisampling of
 /// single frames, because frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
 fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
-    let samples = shot.args.settings_of(1).samples;
-    let mut settings = Settings { samples, ..shot.args.settings() };
+    let samples = shot.args.settings_of(1).image.samples;
+    let mut settings = shot.args.settings().with_samples(samples);
     if !shot.names().iter().any(|name| name == "history") {
         settings.history = History::On;
     }
     if settings.direct.is_none() && !shot.names().iter().any(|name| name == "direct") {
-        settings.direct = shot.args.technique.automatic_direct();
+        settings.direct = shot.args.automatic_direct();
     }
-    if let Some(ev) = exposure.filter(|_| settings.exposure == Exposure::Auto) {
-        settings.exposure = Exposure::Ev(ev);
+    if let Some(ev) = exposure.filter(|_| settings.image.exposure == Exposure::Auto) {
+        settings.image.exposure = Exposure::Ev(ev);
     }
     settings
 }
@@ -238,13 +238,13 @@ mod tests {
         assert!(!opened.scene.lights.is_empty() && now.shot.args.scene.to_string() == "demo:cornell");
         assert_eq!((opened.camera.eye(), opened.moment), (glam::Vec3::new(0.0, 1.0, 3.0), None));
         // A shot sets the renderer's settings; a scene keeps the window's.
-        assert_eq!(opened.settings.unwrap().tone_map, lanternfish::settings::ToneMap::Aces);
+        assert_eq!(opened.settings.unwrap().image.tone_map, lanternfish::settings::ToneMap::Aces);
         let scene = folder.path().join("one.gltf");
         std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
         assert!(dropped(&scene).unwrap().1.settings.is_none());
         // Frames are shown alone, whatever the shot's accumulation.
         std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n").unwrap();
-        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().samples, lanternfish::settings::Samples::Four);
+        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().image.samples, lanternfish::settings::Samples::Four);
         // The studio is an environment, which direct light alone does not see: the sun instead, not a black object.
         let lit_by = |words: &str| {
             std::fs::write(&shot, format!("scene = \"plane.obj\"\n{words}")).unwrap();
@@ -256,7 +256,7 @@ mod tests {
         // White is white in the studio; the next scene is metered again.
         let exposure = |name: &str| dropped(&folder.path().join(name)).unwrap().1.exposure;
         assert_eq!((exposure("plane.obj"), exposure("one.gltf")), (Some(Exposure::Ev(0.0)), Some(Exposure::Auto)));
-        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().exposure, Exposure::Ev(0.0));
+        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().image.exposure, Exposure::Ev(0.0));
         assert_eq!(lit_by("[indirect]\nindirect = \"none\"\n"), (1, false));
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");

@@ -52,6 +52,9 @@ mod stereo;
 mod texture;
 mod validate;
 
+#[doc(hidden)]
+pub use serde as __serde;
+
 #[cfg_attr(feature = "unstable", visibility::make(pub))]
 use camera::near_plane;
 pub use camera::{Camera, Projection};
@@ -67,7 +70,7 @@ use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
-pub use named_enum::{Named, Setting};
+pub use named_enum::{Named, Setting, nearest};
 pub use scene::{Instance, Scene};
 pub use shading::{Attenuation, Coefficients, Materials};
 pub use stereo::{Eye, Eyes, StereoRig};

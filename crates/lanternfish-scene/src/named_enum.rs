@@ -22,6 +22,11 @@ pub trait Setting {
     }
 }
 
+/// The name that is closest to `name` in spelling; empty without names.
+pub fn nearest<'n>(name: &str, names: &[&'n str]) -> &'n str {
+    names.iter().min_by_key(|other| strsim::damerau_levenshtein(name, other)).copied().unwrap_or_default()
+}
+
 macro_rules! number_settings {
     ($($number:ty: $what:literal),+) => { $(
         impl Setting for $number {
@@ -67,10 +72,9 @@ impl<T: Named> Setting for Option<T> {
     }
     fn read(&mut self, text: &str) -> Result<(), String> {
         let named = || T::all().into_iter().find(|value| value.name() == text);
-        *self = match text {
-            "none" => None,
-            _ => Some(named().ok_or_else(|| "expected one of its names, or none".to_owned())?),
-        };
+        let names: Vec<_> = std::iter::once("none").chain(T::all().into_iter().map(T::name)).collect();
+        let wrong = || format!("expected one of {}; did you mean {:?}?", names.join(", "), nearest(text, &names));
+        *self = if text == "none" { None } else { Some(named().ok_or_else(wrong)?) };
         Ok(())
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {
@@ -162,8 +166,23 @@ macro_rules! named_enum_impls {
             fn from_str(text: &str) -> Result<Self, String> {
                 <Self as $crate::Named>::all().into_iter().find(|v| $crate::Named::name(*v) == text).ok_or_else(|| {
                     let names: Vec<_> = <Self as $crate::Named>::all().into_iter().map($crate::Named::name).collect();
-                    format!("expected one of {}", names.join(", "))
+                    format!("expected one of {}; did you mean {:?}?", names.join(", "), $crate::nearest(text, &names))
                 })
+            }
+        }
+
+        /// As its name.
+        impl $crate::__serde::Serialize for $name {
+            fn serialize<S: $crate::__serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str($crate::Named::name(*self))
+            }
+        }
+
+        impl<'de> $crate::__serde::Deserialize<'de> for $name {
+            fn deserialize<D: $crate::__serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let name = <String as $crate::__serde::Deserialize>::deserialize(deserializer)?;
+                let wrong = |why| <D::Error as $crate::__serde::de::Error>::custom(format!("{name:?}: {why}"));
+                name.parse().map_err(wrong)
             }
         }
     };

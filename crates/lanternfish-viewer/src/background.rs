@@ -41,12 +41,12 @@ impl Subject {
     /// what the render settings leave out.
     pub fn new(scene: &Arc<Scene>, settings: &Settings) -> Self {
         let transport = Transport {
-            materials: settings.materials,
-            attenuation: settings.attenuation,
-            attenuation_near_radius: settings.attenuation_near_radius,
-            attenuation_coefficients: settings.attenuation_coefficients,
-            range_threshold: settings.range_threshold,
-            light_radius: settings.light_radius,
+            materials: settings.materials.model,
+            attenuation: settings.lights.attenuation,
+            attenuation_near_radius: settings.lights.near_radius,
+            attenuation_coefficients: settings.lights.coefficients,
+            range_threshold: settings.lights.range_threshold,
+            light_radius: settings.lights.radius,
             ..Transport::default()
         };
         Self { scene: Arc::clone(scene), transport }

@@ -33,7 +33,7 @@ impl Cloud {
     pub fn new(first: &Viewport) -> Result<Self, RenderError> {
         let gpu = &first.gpu;
         // The builders rasterise the BVH's triangles.
-        let with_bvh = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let with_bvh = Settings::direct_light().with_shadows(Shadows::BVH);
         let uploaded = Renderer::with_engine(first.engine(), with_bvh)?.upload(&first.scene)?;
         let settings = DeepImageSettings::of(&first.settings().structure);
         let shown = DeepImageSettings { store: DeepStore::LinearArray, payload: true, ..settings };

@@ -147,12 +147,15 @@ impl Comparison {
         let background = self.background.get_or_insert_with(Background::start);
         // Auto-exposure may change A's exposure with each frame.
         let frames = first.drawn();
-        if self.look.is_none_or(|(look, of_frames)| of_frames != frames || look.tone_map != first.settings().tone_map) {
-            let ev = match first.settings().exposure {
+        if self
+            .look
+            .is_none_or(|(look, of_frames)| of_frames != frames || look.tone_map != first.settings().image.tone_map)
+        {
+            let ev = match first.settings().image.exposure {
                 Exposure::Ev(ev) => ev,
                 Exposure::Auto => first.exposure()?.unwrap_or(0.0),
             };
-            let look = Look { ev, tone_map: first.settings().tone_map };
+            let look = Look { ev, tone_map: first.settings().image.tone_map };
             if self.look.is_none_or(|(before, _)| before != look) {
                 background.show_as(look);
             }
@@ -322,8 +325,9 @@ impl Comparison {
 
 /// True if the path tracer's image is the same under both settings.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
-    let of =
-        |settings: &Settings| (settings.materials, settings.falloff(), settings.range_threshold, settings.light_radius);
+    let of = |settings: &Settings| {
+        (settings.materials.model, settings.lights.falloff(), settings.lights.range_threshold, settings.lights.radius)
+    };
     of(a) == of(b)
 }
 

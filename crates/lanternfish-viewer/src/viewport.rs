@@ -347,7 +347,7 @@ impl Viewport {
 
     /// True if another frame would change the image of this camera.
     pub fn has_more(&self, camera: &Camera) -> bool {
-        self.averaged.1.as_ref() != Some(camera) || (self.settings.accumulate > 1 && self.averaged.0 < AT_REST)
+        self.averaged.1.as_ref() != Some(camera) || (self.settings.image.accumulate > 1 && self.averaged.0 < AT_REST)
     }
 
     /// True if a frame is still in flight.
@@ -396,21 +396,21 @@ impl Viewport {
 
 /// The settings that render the image at rest: the mean of [`AT_REST`] frames, or one frame of a debug view.
 pub fn at_rest(settings: &Settings) -> Settings {
-    let accumulate = if settings.debug_view.is_some() { 1 } else { AT_REST };
-    Settings { accumulate, ..settings.clone() }
+    let accumulate = if settings.image.debug_view.is_some() { 1 } else { AT_REST };
+    settings.clone().with_accumulate(accumulate)
 }
 
 /// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the first frame at rest; in motion,
 /// indirect light is from screen probes.
 fn shown(settings: &Settings) -> Settings {
-    let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
+    let accumulate = if settings.image.debug_view.is_some() { 1 } else { 2 };
     let indirect = match settings.indirect.get::<Sampled>() {
         Some(per_pixel) if per_pixel.hit_light == HitLight::Cached => {
             Probes { per_pixel: *per_pixel, ..Probes::default() }.into()
         }
         _ => settings.indirect.clone(),
     };
-    Settings { accumulate, indirect, ..settings.clone() }
+    settings.clone().with_accumulate(accumulate).with_indirect(indirect)
 }
 
 #[cfg(test)]

@@ -336,7 +336,7 @@ impl Viewer {
                 self.viewport.set(&settings).map_err(|error| error.to_string())?;
                 (self.state.settings, self.state.defaults, self.state.written) = (settings.clone(), settings, None);
             }
-            self.state.settings.exposure = exposure.unwrap_or(self.state.settings.exposure);
+            self.state.settings.image.exposure = exposure.unwrap_or(self.state.settings.image.exposure);
             self.viewport.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);

@@ -37,7 +37,11 @@ fn main() -> Result<()> {
 /// Lambertian surfaces like the program's, and the exposure of `SHADE`.
 pub fn settings() -> Settings {
     let (exposure, tone_map) = (Exposure::Ev(-4.0), ToneMap::None);
-    Settings { materials: Materials::Lambert, samples: Samples::One, exposure, tone_map, ..Settings::default() }
+    Settings::default()
+        .with_materials(Materials::Lambert)
+        .with_samples(Samples::One)
+        .with_exposure(exposure)
+        .with_tone_map(tone_map)
 }
 
 /// Renders a frame of the program.

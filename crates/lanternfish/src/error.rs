@@ -49,7 +49,7 @@ pub enum RenderError {
         /// A setting that works with this driver.
         instead: &'static str,
     },
-    /// [`crate::settings::Settings::accumulate`] is 0, and a mean needs at least one frame.
+    /// [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is 0, and a mean needs at least one frame.
     #[error("`accumulate 0`: an image is the mean of 1 frame or more")]
     NoFrames,
     /// A setting needs another setting, or a value in another range.

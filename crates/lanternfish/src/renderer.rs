@@ -147,7 +147,7 @@ impl Renderer {
     /// store radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
-        (self.settings.exposure, self.effective.exposure) = (exposure, exposure);
+        (self.settings.image.exposure, self.effective.image.exposure) = (exposure, exposure);
         Ok(())
     }
 
@@ -185,7 +185,7 @@ impl Renderer {
 
     /// Renders several views of a scene at once: cameras with the sizes of their images. Views may share light culling
     /// ([`crate::light_culling::clustered::Grouping`]); the first report has the times of all passes and the shared counters. Each image is
-    /// the mean of [`Settings::accumulate`] frames.
+    /// the mean of [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
@@ -212,7 +212,7 @@ impl Renderer {
 
     /// A view with the properties of settings and device.
     fn completed(&self, view: View) -> View {
-        View { samples: self.effective.samples.count(), vertex_grid: self.vertex_grid, ..view }
+        View { samples: self.effective.image.samples.count(), vertex_grid: self.vertex_grid, ..view }
     }
 
     /// Submits a frame.

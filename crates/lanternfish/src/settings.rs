@@ -1,15 +1,19 @@
 //! Rendering settings, with their units, ranges and effects.
 
+mod groups;
+mod offered;
 mod parameters;
 mod presets;
+#[cfg(test)]
+mod tests;
 
 use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
-use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use lanternfish_scene::{named_enum, named_type_impls};
+use serde::{Deserialize, Serialize};
 
-use crate::lights::LightSettings;
+use crate::lights::LightStorage;
 pub use crate::{
     direct_light::Direct,
     indirect::{Indirect, Quality},
@@ -17,69 +21,49 @@ pub use crate::{
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
 };
+pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
+pub use offered::Offered;
 pub use presets::Preset;
 
-/// Rendering settings. `Default` is the recommended configuration: all light, at [`Preset::Good`].
-#[derive(Clone, Debug, PartialEq)]
+/// Rendering settings, in groups. `Default` is the recommended configuration: all light, at [`Preset::Good`].
+///
+/// As data, a technique is its name, or a table of its parameters under its name; what is missing has its default. An unknown technique,
+/// key or value is an error that names the nearest one.
+///
+/// ```
+/// # use lanternfish::settings::{Exposure, Settings};
+/// let settings = Settings::default().with_exposure(Exposure::Ev(1.0));
+/// let text = r#"{ "image": { "exposure": 1 }, "indirect": { "sampled": { "indirect-rays": 8 } } }"#;
+/// assert_eq!(serde_json::from_str::<Settings>(text)?, settings);
+/// # Ok::<_, serde_json::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Settings {
     /// Direct light technique.
     pub direct: Direct,
     /// Light culling: how the lights of a shaded point are listed. The image does not depend on it.
     pub culling: Culling,
-    /// Shadow technique for all lights.
-    pub shadows: Shadows,
-    /// Which shadow rays are skipped because the surface faces away from the light.
-    pub ray_culling: RayCulling,
-    /// Whether shadow rays to listed lights that do not reach the point are skipped.
-    pub ray_range_culling: RayRangeCulling,
-    /// Radius of point and spot lights for soft shadows, m. 0 gives hard shadows. Moves the end points of shadow rays only;
-    /// irradiance is that of a point. Directional lights have no radius.
-    pub light_radius: f32,
-    /// Shadow rays per pixel to each light with a radius, 1 to 255, and to each disk or rectangle, at most 32. Noise falls with the
-    /// square root; time grows in proportion.
-    pub shadow_rays: u32,
-    /// Distance attenuation of punctual lights.
-    pub attenuation: Attenuation,
-    /// Near radius R0 of the attenuation [VanGelderen2020, §A.1], m, > 0: nearer than this, a light is as bright as at this distance. Larger:
-    /// no bright spots around lights. The default, 1 mm, only avoids division by zero.
-    pub attenuation_near_radius: f32,
-    /// Coefficients of the attenuation `clq` [VanGelderen2020, eq. A.2]. Larger: less light.
-    pub attenuation_coefficients: Coefficients,
-    /// Illuminance at which a light without a stated range ends, lx, by its inverse-square law I / d²; > 0. Lower values give larger ranges,
-    /// less lost light and more lights per pixel [Elagabani2025, eq. 4.1].
-    pub range_threshold: f32,
-    /// Material model: the file's materials, or a simplified one for comparisons.
-    pub materials: Materials,
+    /// Falloff, range and size of lights.
+    pub lights: LightSettings,
+    /// Shadows of all lights.
+    pub shadows: ShadowSettings,
+    /// Indirect light technique.
+    pub indirect: Indirect,
     /// Ambient visibility, and with it light from the environment or the constant sky. Without it the environment lights surfaces only if
     /// rays of [`Self::indirect`] see it: next to [`Sampled`](crate::techniques::Sampled) it affects only its debug view. Transparent
     /// surfaces use the value of the nearest one in the pixel.
     pub occlusion: Occlusion,
     /// Structure for approximate tracers, with its parameters. Without one, a tracer builds its own with default parameters.
+    #[serde(with = "crate::technique::data::structure")]
     pub structure: Structure,
-    /// Exposure of [`RenderedImage::display`](crate::RenderedImage::display). Radiance is not affected.
-    pub exposure: Exposure,
-    /// Tone mapping operator from scene-referred radiance to display values.
-    pub tone_map: ToneMap,
-    /// A quantity of the frame to show instead of radiance.
-    pub debug_view: Option<DebugView>,
-    /// How material textures are bound. The image does not depend on it.
-    pub textures: TextureBinding,
-    /// Maximum anisotropy of texture filtering, for textures whose filters are all linear. Higher values keep textures at grazing angles
-    /// sharp, and cost more.
-    pub anisotropy: Anisotropy,
-    /// Indirect light technique.
-    pub indirect: Indirect,
     /// Temporal accumulation of indirect light, area-light shadows and ambient visibility.
     pub history: History,
-    /// Antialiasing over the frames of a moving view.
-    pub antialiasing: Antialiasing,
-    /// Samples per pixel at triangle edges (MSAA). Every surface in a pixel is shaded once, at a point that it covers. Debug views use one
-    /// sample. For a mean of 32 frames or more, one sample is better: the frames smooth edges, and four samples widen
-    /// them by 1/8 pixel to each side.
-    pub samples: Samples,
-    /// Number of frames averaged into one image, at least 1, each through other points of the pixels. Smoother edges and less noise; time
-    /// grows in proportion.
-    pub accumulate: u32,
+    /// Material model and textures.
+    pub materials: MaterialSettings,
+    /// From radiance to an image.
+    pub image: ImageSettings,
 }
 
 impl Settings {
@@ -89,49 +73,26 @@ impl Settings {
         Self {
             direct: Direct::default(),
             culling: Culling::default(),
-            shadows: Shadows::Auto,
-            ray_culling: RayCulling::Surface,
-            ray_range_culling: RayRangeCulling::On,
-            light_radius: 0.0,
-            shadow_rays: 16,
-            attenuation: Attenuation::Gltf,
-            attenuation_near_radius: NEAR_RADIUS,
-            attenuation_coefficients: Coefficients::default(),
-            range_threshold: 0.02,
-            materials: Materials::File,
+            lights: LightSettings::default(),
+            shadows: ShadowSettings::default(),
+            indirect: Indirect::NONE,
             occlusion: Occlusion::NONE,
             structure: Structure::NONE,
-            exposure: Exposure::Auto,
-            tone_map: ToneMap::Neutral,
-            debug_view: None,
-            textures: TextureBinding::Auto,
-            anisotropy: Anisotropy::Auto,
-            indirect: Indirect::NONE,
             history: History::Off,
-            antialiasing: Antialiasing::None,
-            samples: Samples::One,
-            accumulate: 1,
+            materials: MaterialSettings::default(),
+            image: ImageSettings { samples: Samples::One, ..ImageSettings::default() },
         }
     }
 
     /// The settings that determine how lights are stored on the device.
-    pub fn lights(&self) -> LightSettings {
-        let Self { range_threshold, light_radius, shadow_rays, .. } = *self;
-        LightSettings { falloff: self.falloff(), range_threshold, radius: light_radius, shadow_rays }
-    }
-
-    /// The attenuation with its parameters.
-    pub fn falloff(&self) -> Falloff {
-        Falloff {
-            attenuation: self.attenuation,
-            near_radius: self.attenuation_near_radius,
-            coefficients: self.attenuation_coefficients,
-        }
+    pub fn light_storage(&self) -> LightStorage {
+        let LightSettings { range_threshold, radius, .. } = self.lights;
+        LightStorage { falloff: self.lights.falloff(), range_threshold, radius, shadow_rays: self.shadows.rays }
     }
 
     /// True if point and spot lights have a radius.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
-        self.light_radius > 0.0
+        self.lights.radius > 0.0
     }
 
     /// True if anything may be accumulated over frames; then motion vectors are written. Whether lights have an area is known only with the
@@ -140,22 +101,23 @@ impl Settings {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
         let is_noisy = self.indirect != Indirect::NONE
             || self.direct.is_some()
-            || self.shadows != Shadows::None
+            || self.shadows.technique != Shadows::None
             || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
     }
 
     /// True if ambient visibility is computed: not if rays of indirect light see the environment themselves.
     pub(crate) fn finds_ambient_visibility(&self) -> bool {
-        let is_used = !self.indirect.sees_environment() || self.debug_view == Some(DebugView::Occlusion);
+        let is_used = !self.indirect.sees_environment() || self.image.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
     }
 }
 
 /// Exposure of the display image.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
     /// Metered from the radiance of the image, one value for all views of a frame ([`crate::output`]).
+    #[default]
     Auto,
     /// Fixed, in stops: radiance is multiplied by 2^EV before tone mapping.
     Ev(f32),
@@ -254,7 +216,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// Antialiasing over frames. Frames of a mean ([`Settings::accumulate`]) need none.
+    /// Antialiasing over frames. Frames of a mean ([`ImageSettings::accumulate`]) need none.
     #[derive(Default)]
     Antialiasing {
         /// Every frame shows the surfaces at the centres of its pixels, or at its [`Samples`].
@@ -390,23 +352,5 @@ impl Anisotropy {
             Self::X8 => Some(8),
             Self::X16 => Some(16),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::techniques::TileSize;
-
-    #[test]
-    fn names_are_parsed_and_others_are_rejected_with_the_list() {
-        for attenuation in Attenuation::ALL {
-            assert_eq!(attenuation.to_string().parse::<Attenuation>(), Ok(*attenuation));
-        }
-        // Two values of one name could not be told apart.
-        for shadows in Shadows::all() {
-            assert_eq!(shadows.name().parse::<Shadows>(), Ok(shadows));
-        }
-        assert!("16px".parse::<TileSize>().unwrap_err().contains("8, 16, 32"));
     }
 }

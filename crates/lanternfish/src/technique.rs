@@ -8,6 +8,8 @@
 //! A technique may belong to another crate: any type that implements the traits can be selected. [`Choice::register`] adds it to the names
 //! that flags, shots and panels accept and list.
 
+pub(crate) mod data;
+
 use std::{
     any::Any,
     fmt,
@@ -52,13 +54,17 @@ pub struct ParameterInfo {
     pub help: &'static str,
     /// True if help states the default. False if the default depends on another flag.
     pub shows_default: bool,
+    /// True if short help lists its flag.
+    pub is_everyday: bool,
+    /// True if panels show it.
+    pub has_panel: bool,
 }
 
 impl ParameterInfo {
-    /// A parameter without a default in help.
+    /// A parameter without a default in help, in long help and in panels.
     #[cfg_attr(feature = "unstable", visibility::make(pub))]
     pub(crate) const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
-        Self { name, value, range, help, shows_default: false }
+        Self { name, value, range, help, shows_default: false, is_everyday: false, has_panel: true }
     }
 }
 
@@ -74,9 +80,25 @@ impl<T> Parameter<T> {
         Self { info: ParameterInfo::new(name, value, range, help), of }
     }
 
+    /// Sets the parameter from text, or returns the expected values.
+    pub fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
+        self.info.range.check(text)?;
+        (self.of)(of).read(text)
+    }
+
     /// The parameter with its default in help.
     pub const fn with_default(self) -> Self {
         Self { info: ParameterInfo { shows_default: true, ..self.info }, of: self.of }
+    }
+
+    /// The parameter in short help too.
+    pub const fn everyday(self) -> Self {
+        Self { info: ParameterInfo { is_everyday: true, ..self.info }, of: self.of }
+    }
+
+    /// The parameter without a row in panels.
+    pub const fn without_panel(self) -> Self {
+        Self { info: ParameterInfo { has_panel: false, ..self.info }, of: self.of }
     }
 }
 
@@ -87,6 +109,8 @@ pub enum Range {
     Count(u32, u32),
     /// A number above 0.
     Positive,
+    /// A number from the first to the second value, which may be infinite.
+    Number(f32, f32),
     /// One of the names of the parameter's type.
     Names,
     /// One of the names of the parameter's type, which are integers.
@@ -95,6 +119,28 @@ pub enum Range {
     Switch(&'static str, &'static str),
     /// Text that the parameter's type parses.
     Text,
+}
+
+impl Range {
+    /// An error with the expected values if a number is not one of them.
+    pub fn check(self, text: &str) -> Result<(), String> {
+        let text = text.trim();
+        match self {
+            Self::Count(least, most) if !text.parse().is_ok_and(|number| (least..=most).contains(&number)) => {
+                Err(format!("expected a whole number from {least} to {most}"))
+            }
+            Self::Positive if !text.parse().is_ok_and(|number: f32| number > 0.0 && number.is_finite()) => {
+                Err("expected a number above 0".to_owned())
+            }
+            Self::Number(least, most)
+                if !text.parse().is_ok_and(|number: f32| number.is_finite() && (least..=most).contains(&number)) =>
+            {
+                let most = if most.is_finite() { format!("to {most}") } else { "or above".to_owned() };
+                Err(format!("expected a number, {least} {most}"))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A technique behind `dyn`. Every [`Technique`] implements it.
@@ -148,7 +194,7 @@ impl<T: Technique> AnyTechnique for T {
 
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
         let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
-        entry.map_or(Ok(()), |entry| (entry.of)(self).read(text))
+        entry.map_or(Ok(()), |entry| entry.read(self, text))
     }
 
     fn is_same(&self, other: &dyn Any) -> bool {

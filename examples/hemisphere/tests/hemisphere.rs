@@ -19,7 +19,7 @@ use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection,
 #[gpu_test]
 fn gpu_a_wall_is_as_bright_as_its_normal_says(gpu: &Gpu) {
     let hemisphere = Hemisphere { sky: 2.0, ground: 0.5 };
-    let settings = Settings { indirect: hemisphere.into(), materials: Materials::Lambert, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_indirect(hemisphere).with_materials(Materials::Lambert);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     for (normal, expected) in [(Vec3::Z, 1.25), (Vec3::new(0.6, 0.8, 0.0), 1.85), (Vec3::new(0.6, -0.8, 0.0), 0.65)] {
         let right = normal.any_orthonormal_vector();

@@ -204,14 +204,14 @@ impl Bench {
         Ok(Stage { renderer, scene })
     }
 
-    /// The first frame of a view: with a new history, or the mean of `settings.accumulate` frames.
+    /// The first frame of a view: with a new history, or the mean of `settings.image.accumulate` frames.
     pub fn first_frame(&self, view: &View, settings: &Settings) -> Result<RenderedImage, RenderError> {
         self.stage(&view.scene, settings)?.frame(view)
     }
 
     /// The mean of `frames` frames of a view.
     pub fn mean(&self, view: &View, settings: &Settings, frames: u32) -> Result<RenderedImage, RenderError> {
-        self.first_frame(view, &Settings { accumulate: frames, ..settings.clone() })
+        self.first_frame(view, &settings.clone().with_accumulate(frames))
     }
 
     /// Renders a warm-up frame of a view and timed frames.
@@ -242,7 +242,7 @@ impl Bench {
 
     /// Writes linear radiance as it is displayed with the look of `settings`, and returns the display colours, 0..=1.
     pub fn write_linear(&self, name: &str, linear: &RgbImage, settings: &Settings) -> Result<RgbImage, CliError> {
-        let (bytes, displayed) = shown(linear, settings.exposure, settings.tone_map);
+        let (bytes, displayed) = shown(linear, settings.image.exposure, settings.image.tone_map);
         self.write_rgb(name, [linear.width as u32, linear.height as u32], &bytes)?;
         Ok(displayed)
     }

@@ -59,9 +59,9 @@ fn set(settings: &mut Settings, name: &str, value: &str) -> Result<(), String> {
         "culling" => return choose(&mut settings.culling, value),
         "indirect" => return choose(&mut settings.indirect, value),
         "occlusion" => return choose(&mut settings.occlusion, value),
-        "accumulate" => return settings.accumulate.read(value),
-        "textures" => return settings.textures.read(value),
-        "light-radius" => return settings.light_radius.read(value),
+        "accumulate" => return settings.image.accumulate.read(value),
+        "textures" => return settings.materials.textures.read(value),
+        "light-radius" => return settings.lights.radius.read(value),
         "images" => return images(settings, value, |images, texels| images.resolution = texels),
         "zonal" => {
             let directions = |count| DirectionSet::ZonalEqualArea { count };

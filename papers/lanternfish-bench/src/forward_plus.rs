@@ -24,7 +24,7 @@ pub struct ForwardPlusArgs {
     #[command(flatten)]
     run: RunArgs,
     /// Tracer of the shadow rays.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows.technique)]
     shadows: Shadows,
     #[command(flatten)]
     subject: SubjectArgs,
@@ -71,7 +71,7 @@ fn case(look: &Settings, (name, changes, paper_ms): &Declared) -> Case {
 
 /// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
 fn is_exact(settings: &Settings) -> bool {
-    matches!(settings.ray_culling, RayCulling::None | RayCulling::Surface)
+    matches!(settings.shadows.ray_culling, RayCulling::None | RayCulling::Surface)
 }
 
 /// What every case shares.
@@ -141,7 +141,7 @@ impl ForwardPlus {
             rows.push(self.bench.step("rows", &case.name, || self.row(&case, declared.2, first, rows.first()))?);
             let heat_map = HEAT_MAPS[i];
             if declared.1 == OPTIMISATIONS[i].1 && self.has_heat_maps && !heat_map.is_empty() {
-                let settings = Settings { debug_view: Some(DebugView::RayCount), ..case.settings };
+                let settings = case.settings.with_debug_view(DebugView::RayCount);
                 self.bench.write(heat_map, &self.bench.first_frame(&self.view, &settings)?)?;
             }
         }
@@ -153,7 +153,10 @@ impl ForwardPlus {
     fn normals(&self) -> Result<Vec<Row>, CliError> {
         let view = |view| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
-            let settings = Settings { debug_view, shadows: Shadows::None, tone_map, ..Settings::direct_light() };
+            let settings = Settings::direct_light()
+                .with_debug_view(debug_view)
+                .with_shadows(Shadows::None)
+                .with_tone_map(tone_map);
             self.bench.first_frame(&self.view, &settings)
         };
         let reference = view(DebugView::GeometricNormal)?;
@@ -200,8 +203,10 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     if view.scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let (direct, threshold, lights) = (Settings::direct_light(), view.look.range_threshold, view.scene.lights.len());
-    (view.look.shadows, view.look.exposure, view.look.tone_map) = (args.shadows, direct.exposure, direct.tone_map);
+    let (direct, threshold, lights) =
+        (Settings::direct_light(), view.look.lights.range_threshold, view.scene.lights.len());
+    (view.look.shadows.technique, view.look.image.exposure, view.look.image.tone_map) =
+        (args.shadows, direct.image.exposure, direct.image.tone_map);
     let mut of = ForwardPlus { bench, view, has_heat_maps: true };
     let mut first = None;
     let rows = of.table(&OPTIMISATIONS, &mut first)?;
@@ -210,7 +215,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
     let mut papers = [Vec::new(), Vec::new()];
     if threshold != PAPER_THRESHOLD {
-        (of.view.look.range_threshold, of.has_heat_maps) = (PAPER_THRESHOLD, false);
+        (of.view.look.lights.range_threshold, of.has_heat_maps) = (PAPER_THRESHOLD, false);
         let mut first = None;
         papers = [of.table(&OPTIMISATIONS, &mut first)?, of.table(&TILE_SIZES, &mut first)?];
     }
@@ -267,7 +272,7 @@ mod tests {
         ];
         assert_eq!(exact, expected, "those that use no normals from depth");
         for case in &cases {
-            let by_range = case.settings.ray_range_culling == RayRangeCulling::On;
+            let by_range = case.settings.shadows.ray_range_culling == RayRangeCulling::On;
             assert_eq!(by_range, case.name.starts_with("ours"), "his rows cull by facing alone");
         }
     }

@@ -179,7 +179,7 @@ impl GroundTruth {
     /// The shot's settings, at 0 EV and without a tone map for ground truths of ambient visibility.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self.making().light {
-            Light::White(_) => Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() },
+            Light::White(_) => shot.clone().with_exposure(Exposure::Ev(0.0)).with_tone_map(ToneMap::None),
             _ => shot.clone(),
         }
     }
@@ -200,9 +200,9 @@ impl GroundTruth {
             integrator,
             max_depth: segments,
             materials,
-            attenuation: shot.attenuation,
-            range_threshold: shot.range_threshold,
-            light_radius: if self == Self::DirectSoft { SOFT_RADIUS } else { shot.light_radius },
+            attenuation: shot.lights.attenuation,
+            range_threshold: shot.lights.range_threshold,
+            light_radius: if self == Self::DirectSoft { SOFT_RADIUS } else { shot.lights.radius },
             ..TracerSettings::default()
         }
     }
@@ -341,7 +341,7 @@ pub fn obtain(folder: &Path, ground_truth: GroundTruth, subject: &Subject<'_>) -
         noise: layers.noise(spp)?,
         noise_relative_mse: layers.relative_mse(),
         noise_energy: layers.energy_deviation(),
-        noise_flip: layers.flip_of_halves(&second_half, settings.exposure, settings.tone_map)?,
+        noise_flip: layers.flip_of_halves(&second_half, settings.image.exposure, settings.image.tone_map)?,
         noise_hdr_flip: hdr_flip(&Pair::new(layers.first_half.clone(), second_half)?)?,
         energy_without_indirect: None,
     };

@@ -110,7 +110,7 @@ fn moved(scene: &Scene, reach: f32) -> Scene {
 
 impl Motion {
     fn renderer(&self, shadows: Shadows) -> Result<Renderer, CliError> {
-        Ok(self.bench.renderer(&Settings { shadows, ..Settings::direct_light() })?)
+        Ok(self.bench.renderer(&Settings::direct_light().with_shadows(shadows))?)
     }
 
     /// Runs `work`, waits for the device, and returns the time, ms.

@@ -1,10 +1,10 @@
 //! The view of a measurement: a scene with lights and a camera, from flags or from a shot.
 
 use clap::Args;
-use lanternfish::settings::{Exposure, Settings, Shadows};
+use lanternfish::settings::{Exposure, ImageSettings, Settings, Shadows};
 use lanternfish_cli::{
     apply_lights,
-    args::{LightArgs, LookArgs, PartArgs, RenderArgs, ViewArgs},
+    args::{LightArgs, PartArgs, RenderArgs, ViewArgs},
     camera,
     error::CliError,
     light_rig,
@@ -77,13 +77,13 @@ impl View {
         views: &[ViewArgs],
         size: Size,
     ) -> Result<(Self, Vec<Camera>), CliError> {
-        Self::new(scene, (&args.lights, args.run.seed), Some(&args.look), views, size)
+        Self::new(scene, (&args.lights, args.run.seed), Some(args.settings().image), views, size)
     }
 
     fn new(
         mut scene: Scene,
         (lights, seed): (&LightArgs, u32),
-        shown: Option<&LookArgs>,
+        shown: Option<ImageSettings>,
         views: &[ViewArgs],
         size: Size,
     ) -> Result<(Self, Vec<Camera>), CliError> {
@@ -91,19 +91,13 @@ impl View {
         let aspect = size.width as f32 / size.height as f32;
         let (cameras, _) = camera::choose_each(&scene, &Bounds::EMPTY, views, aspect)?;
         light_rig::add(&mut scene, lights, &cameras[0])?;
-        let mut look = Settings {
-            shadows: Shadows::BVH,
-            attenuation: lights.attenuation,
-            attenuation_near_radius: lights.attenuation_near_radius,
-            attenuation_coefficients: lights.attenuation_coefficients,
-            range_threshold: lights.range_threshold,
-            // A fixed exposure, so that images are comparable.
-            exposure: Exposure::Ev(0.0),
-            ..Settings::direct_light()
-        };
+        // A fixed exposure, so that images are comparable.
+        let mut look = Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(0.0));
+        lights.settings.set(&mut look);
+        look.lights.radius = 0.0;
         if let Some(shown) = shown {
-            look.tone_map = shown.tone_map;
-            look.exposure = if shown.exposure == Exposure::Auto { look.exposure } else { shown.exposure };
+            look.image.tone_map = shown.tone_map;
+            look.image.exposure = if shown.exposure == Exposure::Auto { look.image.exposure } else { shown.exposure };
         }
         Ok((Self { name: scene.name.clone(), camera: cameras[0].clone(), scene, look, size }, cameras))
     }
@@ -134,7 +128,7 @@ impl View {
 
     /// Display colours of linear radiance as the view shows it.
     pub fn shown(&self, image: &RgbImage) -> Vec<u8> {
-        image::shown(image, self.look.exposure, self.look.tone_map).0
+        image::shown(image, self.look.image.exposure, self.look.image.tone_map).0
     }
 
     /// The view's reference as [`ground_truths`] traces it.

@@ -55,8 +55,8 @@ const MOST_PASSES: usize = 15;
 fn walks(look: &Settings) -> Vec<(Case, u32)> {
     let walk = |name: &str, preset: Option<Preset>, changes: &str, divisor| {
         let settings = preset.map_or_else(Settings::direct_light, Settings::of_preset);
-        let (exposure, materials) = (look.exposure, look.materials);
-        let settings = Settings { shadows: Shadows::Auto, exposure, materials, ..settings };
+        let (exposure, materials) = (look.image.exposure, look.materials.model);
+        let settings = settings.with_shadows(Shadows::Auto).with_exposure(exposure).with_materials(materials);
         (Case::of(&settings, name, changes), divisor)
     };
     vec![
@@ -230,7 +230,7 @@ mod tests {
         let count = |is: fn(&Settings) -> bool| walks.iter().filter(|(walk, _)| is(&walk.settings)).count();
         assert_eq!((walks.len(), count(|settings| settings.direct.is::<SampledLights>())), (7, 3));
         assert_eq!(count(|settings| settings.indirect.is_none()), 2);
-        assert_eq!(count(|settings| settings.samples == Samples::Four), 1, "only good has them");
+        assert_eq!(count(|settings| settings.image.samples == Samples::Four), 1, "only good has them");
     }
 
     #[test]

@@ -9,11 +9,8 @@
 //! use lanternfish_papers::{DeepImageSettings, VirtualLights};
 //!
 //! lanternfish_papers::register();
-//! let settings = Settings {
-//!     indirect: VirtualLights::default().into(),
-//!     structure: DeepImageSettings { resolution: 64, ..DeepImageSettings::default() }.into(),
-//!     ..Settings::default()
-//! };
+//! let images = DeepImageSettings { resolution: 64, ..DeepImageSettings::default() };
+//! let settings = Settings::default().with_indirect(VirtualLights::default()).with_structure(images);
 //! # let _ = settings;
 //! ```
 //!

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::Vec3;
-use lanternfish::settings::{Attenuation, Coefficients, Settings};
 use lanternfish_scene::{Light, rig::LightRig};
 
+use super::settings::LightFlags;
 use crate::{
     choices::choice,
     parse::{self, LightSet},
@@ -72,28 +72,7 @@ pub struct LightArgs {
     /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random positions in a box, by a rule that other renderers can implement.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
     pub lights: Option<LightSet>,
-    /// Distance attenuation of lights. R is the light's range.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
-    #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
-    pub attenuation: Attenuation,
-    /// Near radius of the attenuation, m: nearer than this, a light is as bright as at this distance.
-    ///
-    /// Larger: no bright spots around lights.
-    #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().attenuation_near_radius, hide_short_help = true)]
-    pub attenuation_near_radius: f32,
-    /// Coefficients of --attenuation clq, intensity / (c0 + c1 d + c2 d²). Larger: less light.
-    #[arg(long, value_name = "C0,C1,C2", allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().attenuation_coefficients, hide_short_help = true)]
-    pub attenuation_coefficients: Coefficients,
-    /// Illuminance, lx, at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
-    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
-    pub range_threshold: f32,
-    /// Radius of point and spot lights, m: soft shadows.
-    ///
-    /// 0: point lights.
-    #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().light_radius)]
-    pub light_radius: f32,
+    /// Falloff and size of lights.
+    #[command(flatten)]
+    pub settings: LightFlags,
 }

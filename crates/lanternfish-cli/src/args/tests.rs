@@ -1,9 +1,8 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Antialiasing, Attenuation, Culling, DebugView, Direct, Exposure, History, Indirect, Materials,
-        Occlusion, Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer,
-        TracerChoice,
+        Anisotropy, Antialiasing, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion,
+        Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
@@ -34,12 +33,12 @@ fn the_flags_are_consistent() {
 #[test]
 fn without_flags_the_settings_are_the_librarys_defaults() {
     let structure = DeepImageSettings::of_quality(Preset::default().quality()).chosen();
-    assert_eq!(parsed(&[]).unwrap().settings(), Settings { structure, ..Settings::default() });
+    assert_eq!(parsed(&[]).unwrap().settings(), Settings::default().with_structure(structure));
     assert_eq!(parsed(&["--indirect", "none"]).unwrap().settings(), Settings::direct_light());
     for preset in Preset::ALL {
         let flags = ["--quality", lanternfish_scene::Named::name(*preset)];
         let structure = DeepImageSettings::of_quality(preset.quality()).chosen();
-        assert_eq!(parsed(&flags).unwrap().settings(), Settings { structure, ..Settings::of_preset(*preset) });
+        assert_eq!(parsed(&flags).unwrap().settings(), Settings::of_preset(*preset).with_structure(structure));
     }
     // A flag wins over the preset.
     let words = ["--quality=realtime", "--history=off", "--antialiasing=none", "--direct=all", "--light-samples=2"];
@@ -61,29 +60,25 @@ fn every_flag_reaches_its_setting() {
                  --deep-search linear_steps --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
-    let expected = Settings {
-        direct: Direct::from(SampledLights {
-            rays: LightRays::Two,
-            choice: LightChoice::Uniform,
-            denoise: Denoise::Off,
-        }),
-        culling: Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
-        shadows: Shadows::BVH,
-        ray_culling: RayCulling::Naive,
-        ray_range_culling: RayRangeCulling::Off,
-        attenuation: Attenuation::Physical,
-        attenuation_near_radius: 0.75,
-        attenuation_coefficients: "1,0.5,2".parse().unwrap(),
-        range_threshold: 0.5,
-        materials: Materials::Lambert,
-        exposure: Exposure::Ev(-2.0),
-        tone_map: ToneMap::None,
-        debug_view: Some(DebugView::LightCount),
-        textures: TextureBinding::PerMaterial,
-        anisotropy: Anisotropy::X2,
-        samples: Samples::Four,
-        occlusion: Occlusion::from(Deep { max_distance: Some(2.5), ..Deep::default() }),
-        structure: DeepImageSettings {
+    let expected = Settings::default()
+        .with_direct(SampledLights { rays: LightRays::Two, choice: LightChoice::Uniform, denoise: Denoise::Off })
+        .with_culling(Tiled { tile_size: TileSize::Px32, aabb_test: false })
+        .with_shadows(Shadows::BVH)
+        .with_ray_culling(RayCulling::Naive)
+        .with_ray_range_culling(RayRangeCulling::Off)
+        .with_attenuation(Attenuation::Physical)
+        .with_attenuation_near_radius(0.75)
+        .with_attenuation_coefficients("1,0.5,2".parse().unwrap())
+        .with_range_threshold(0.5)
+        .with_materials(Materials::Lambert)
+        .with_exposure(Exposure::Ev(-2.0))
+        .with_tone_map(ToneMap::None)
+        .with_debug_view(Some(DebugView::LightCount))
+        .with_textures(TextureBinding::PerMaterial)
+        .with_anisotropy(Anisotropy::X2)
+        .with_samples(Samples::Four)
+        .with_occlusion(Deep { max_distance: Some(2.5), ..Deep::default() })
+        .with_structure(DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
             slices: 8,
@@ -92,14 +87,13 @@ fn every_flag_reaches_its_setting() {
             merge_texels: 0.5,
             search: DeepSearch::LinearSteps,
             ..DeepImageSettings::default()
-        }
-        .into(),
-        accumulate: 5,
-        light_radius: 0.2,
-        shadow_rays: 7,
-        history: History::On,
-        antialiasing: Antialiasing::Temporal,
-        indirect: Indirect::from(Sampled {
+        })
+        .with_accumulate(5)
+        .with_light_radius(0.2)
+        .with_shadow_rays(7)
+        .with_history(History::On)
+        .with_antialiasing(Antialiasing::Temporal)
+        .with_indirect(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
             tracer: Tracer::BVH.into(),
@@ -107,8 +101,7 @@ fn every_flag_reaches_its_setting() {
             filter_radius: 2,
             clamp: IndirectClamp::Off,
             ..Sampled::default()
-        }),
-    };
+        });
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
     assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::from(Hbao { radius: 1.0 }));
     assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::from(Hbao { radius: 3.0 }));
@@ -228,7 +221,7 @@ fn quality_says_what_is_not_said_otherwise() {
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
     assert_eq!((none.indirect, DeepImageSettings::of(&none.structure)), (Indirect::NONE, DeepImageSettings::default()));
     // Multisampling is the default where it costs a small part of the frame, and can be requested.
-    let samples = |words: &[&str]| parsed(words).unwrap().settings().samples;
+    let samples = |words: &[&str]| parsed(words).unwrap().settings().image.samples;
     assert_eq!((samples(&[]), samples(&["--quality", "draft"])), (Samples::Four, Samples::One));
     assert_eq!((samples(&["--indirect", "none"]), samples(&["--samples", "1"])), (Samples::One, Samples::One));
     assert_eq!(samples(&["--indirect", "none", "--samples", "4"]), Samples::Four);

@@ -78,7 +78,7 @@ pub struct OutputArgs {
 pub struct DeepImageArgs {
     /// Direction set: zonal:N (N of equal area each), stacks:AxB (A steps from the pole down, B around it) or cube:K (K × K on
     /// each face of a cube).
-    #[arg(long, value_name = "SET", value_parser = parse::direction_set, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SET", value_parser = str::parse::<DirectionSet>, allow_hyphen_values = true)]
     #[arg(default_value = "zonal:169")]
     pub directions: DirectionSet,
     /// Texels across and down each image. More: finer, and more memory by the square.

@@ -21,7 +21,7 @@ use super::{
     args::{DeepImagesArgs, DeepView},
     sheet::Sheet,
 };
-use crate::{error::CliError, parse::direction_set_text, progress::Progress, report::grouped};
+use crate::{error::CliError, progress::Progress, report::grouped};
 
 /// Greatest width of images of texels without --upscale, pixels, unless one pixel per texel is wider.
 const WIDTH: u32 = 1280;
@@ -40,8 +40,7 @@ pub fn look(
 ) -> Result<(RenderedImage, String), CliError> {
     let settings = args.images.settings(gpu.device.limits().max_texture_dimension_2d)?;
     // The builders draw the BVH's triangles.
-    let renderer =
-        Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::BVH, ..Settings::direct_light() })?;
+    let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light().with_shadows(Shadows::BVH))?;
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(scene))?;
     let mut looker = Looker { args, gpu, profiler: Profiler::new(&gpu.device, &gpu.queue), lines: String::new() };
     let images = progress.step("build", "Building deep images", || looker.build(settings, &uploaded))?;
@@ -100,7 +99,7 @@ impl Looker<'_> {
         let (count, counts) = (images.directions.len(), images.counts);
         let resolution = settings.resolution;
         let texels = count as f64 * f64::from(resolution).powi(2);
-        self.say("directions", direction_set_text(settings.directions));
+        self.say("directions", settings.directions.to_string());
         self.say("images", format_args!("{count} of {resolution} x {resolution} texels, {}", settings.builder));
         let each = counts.kept as f64 / texels;
         let (stored, drawn) = (grouped(counts.kept), grouped(counts.drawn));

@@ -58,7 +58,7 @@ impl Plan {
 
 /// Direct light with exact light culling and without shadows, which isolates materials and lights.
 fn unshadowed() -> Settings {
-    Settings { culling: Culling::NONE, shadows: Shadows::None, ..Settings::direct_light() }
+    Settings::direct_light().with_culling(Culling::NONE).with_shadows(Shadows::None)
 }
 
 /// All checks.
@@ -80,12 +80,12 @@ pub fn plans() -> Vec<Plan> {
         against(Reference::Direct, unshadowed(), Limits::new(0.03, 0.01, 0.01)),
     );
     for culling in Culling::all() {
-        let both = [Settings { culling: culling.clone(), ..unshadowed() }, unshadowed()];
+        let both = [unshadowed().with_culling(culling.clone()), unshadowed()];
         let is_quick = culling == Culling::default();
         add(Group::LightCulling, culling.name(), Name::Atrium, is_quick, Kind::Same(Box::new(both)));
     }
     for tracer in Tracer::all() {
-        let settings = Settings { shadows: Shadows::Traced(tracer), ..direct() };
+        let settings = direct().with_shadows(Shadows::Traced(tracer));
         let is_exact = tracer.is_exact();
         let limits = if is_exact { Limits::new(0.03, 0.01, 0.01) } else { Limits::new(0.13, 0.04, 0.03) };
         let is_quick = tracer == Tracer::BVH;
@@ -104,11 +104,11 @@ pub fn plans() -> Vec<Plan> {
     ] {
         add(Group::DirectLight, name, scene, false, against(Reference::Direct, direct(), limits));
     }
-    let sampled = Settings { direct: SampledLights::default().into(), accumulate: 16, ..direct() };
+    let sampled = direct().with_direct(SampledLights::default()).with_accumulate(16);
     let limits = Limits::new(0.12, 0.03, 0.01);
     add(Group::DirectLight, "100 lights, sampled", Name::Atrium, false, against(Reference::Direct, sampled, limits));
     for occlusion in Occlusion::all() {
-        let settings = Settings { occlusion: occlusion.clone(), ..direct() };
+        let settings = direct().with_occlusion(occlusion.clone());
         let is_unbounded = occlusion == Occlusion::from(Deep::default());
         let (reference, limits) = match is_unbounded {
             true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
@@ -131,11 +131,11 @@ pub fn plans() -> Vec<Plan> {
         let sampled = Indirect::from(Sampled { tracer: tracer.into(), ..Sampled::default() });
         let name = format!("{}, {tracer}", sampled.name());
         let limits = if !tracer.is_exact() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
-        let settings = Settings { indirect: sampled, ..good() };
+        let settings = good().with_indirect(sampled);
         add(Group::IndirectLight, &name, Name::Cornell, false, against(Reference::Full, settings, limits));
     }
     for indirect in Indirect::all().into_iter().filter(|indirect| *indirect != Indirect::default()) {
-        let settings = Settings { indirect: indirect.clone(), ..good() };
+        let settings = good().with_indirect(indirect.clone());
         let is_physical = indirect.technique().is_some_and(|technique| technique.is_physical());
         let kind = match is_physical {
             true => against(Reference::OneBounce, settings, Limits::new(0.08, 0.03, 0.01)),

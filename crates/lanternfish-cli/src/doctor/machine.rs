@@ -44,23 +44,22 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let direct = Settings::direct_light;
     let mut requested: Vec<(String, Settings)> = Vec::new();
     let culling = Culling::all().into_iter();
-    requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
+    requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), direct().with_culling(culling))));
     let lights = Direct::all().into_iter();
-    requested
-        .extend(lights.map(|lights| (format!("direct {}", lights.name()), Settings { direct: lights, ..direct() })));
+    requested.extend(lights.map(|lights| (format!("direct {}", lights.name()), direct().with_direct(lights))));
     requested.extend(
         Tracer::all()
             .into_iter()
-            .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(tracer), ..direct() })),
+            .map(|tracer| (format!("shadows {tracer}"), direct().with_shadows(Shadows::Traced(tracer)))),
     );
     let occlusion = Occlusion::all().into_iter();
     requested.extend(
-        occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), Settings { occlusion, ..direct() })),
+        occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), direct().with_occlusion(occlusion))),
     );
     let deep_images = DeepImageSettings::default();
     let indirect = Indirect::all().into_iter();
     requested.extend(indirect.map(|indirect| {
-        (format!("indirect {}", indirect.name()), Settings { indirect, structure: deep_images.into(), ..direct() })
+        (format!("indirect {}", indirect.name()), direct().with_indirect(indirect).with_structure(deep_images))
     }));
     let built = |(name, settings): (String, Settings)| {
         let reason =

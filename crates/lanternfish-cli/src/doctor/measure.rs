@@ -77,10 +77,10 @@ impl Reference {
             integrator,
             max_depth,
             materials: Materials::File,
-            attenuation: settings.attenuation,
-            attenuation_near_radius: settings.attenuation_near_radius,
-            attenuation_coefficients: settings.attenuation_coefficients,
-            range_threshold: settings.range_threshold,
+            attenuation: settings.lights.attenuation,
+            attenuation_near_radius: settings.lights.near_radius,
+            attenuation_coefficients: settings.lights.coefficients,
+            range_threshold: settings.lights.range_threshold,
             ..TracerSettings::default()
         }
     }

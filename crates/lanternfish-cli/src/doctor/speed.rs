@@ -290,7 +290,7 @@ fn trace(
         return Ok(());
     }
     let shadows = if through == Tracer::RAY_QUERY { Shadows::RAY_QUERY } else { Shadows::BVH };
-    let settings = Settings { shadows, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(shadows);
     let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(scene)?;
     let mut profiler = Profiler::new(device, queue);
     let images = (!through.is_exact()).then(|| built(bench, &mut profiler, &uploaded)).transpose()?;
@@ -339,7 +339,7 @@ fn built(bench: &Bench, profiler: &mut Profiler, scene: &GpuScene) -> Result<Dee
 fn deep_images(bench: &Bench, scene: &Scene) -> Timed {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let runs = || -> Result<Runs<Run>, CliError> {
-        let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::BVH);
         let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(scene)?;
         let mut profiler = Profiler::new(device, queue);
         let images = DeepImageSettings { resolution: RESOLUTION, ..DeepImageSettings::default() };

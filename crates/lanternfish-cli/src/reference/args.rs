@@ -150,7 +150,7 @@ pub struct SharedArgs;
 /// Headings whose flags are all shared.
 const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
 /// Ids of further shared flags.
-const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
+const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone-map", "seed", "timings", "quiet"];
 
 /// True if a flag of `render` is also one of `reference`.
 fn is_shared(flag: &Arg) -> bool {
@@ -231,15 +231,16 @@ impl ReferenceArgs {
             (IntegratorName::Occlusion, None) => Integrator::Occlusion,
             (IntegratorName::Normal, None) => Integrator::Normal,
         };
+        let rendered = shot.settings();
         Ok(Settings {
             integrator,
             max_depth: transport.max_depth,
-            materials: shot.look.materials,
-            attenuation: shot.lights.attenuation,
-            attenuation_near_radius: shot.lights.attenuation_near_radius,
-            attenuation_coefficients: shot.lights.attenuation_coefficients,
-            range_threshold: shot.lights.range_threshold,
-            light_radius: shot.lights.light_radius,
+            materials: rendered.materials.model,
+            attenuation: rendered.lights.attenuation,
+            attenuation_near_radius: rendered.lights.near_radius,
+            attenuation_coefficients: rendered.lights.coefficients,
+            range_threshold: rendered.lights.range_threshold,
+            light_radius: rendered.lights.radius,
             light_choice: transport.light_choice,
             light_paths: transport.light_paths,
             seed,

@@ -1,6 +1,6 @@
 //! `lanternfish reference`: renders the ground truth of a shot by path tracing on the CPU.
 //!
-//! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
+//! 1. Read the scene as `render` does ([`crate::shot`], [`crate::stage`]).
 //! 2. Resume from the output, if requested and if its settings match ([`fingerprint`], [`mod@file`]).
 //! 3. Add samples pass by pass until the goal is reached or the user interrupts ([`trace`], [`crate::signals`]).
 //! 4. Write mean and variance.
@@ -15,12 +15,12 @@ mod trace;
 use std::{fmt::Write as _, slice, time::Instant};
 
 use clap::ArgMatches;
-use lanternfish::settings::Exposure;
+use lanternfish::settings::{Exposure, ImageSettings};
 use lanternfish_reference::{
     Film, Settings, Tracer,
     settings::{Integrator, UNLIMITED},
 };
-use lanternfish_scene::{Bounds, Camera, Scene};
+use lanternfish_scene::{Camera, Scene};
 
 pub use self::{
     args::{HELP, ReferenceArgs},
@@ -31,17 +31,16 @@ use self::{
     trace::Goal,
 };
 use crate::{
-    args::{LookArgs, RenderArgs},
+    args::RenderArgs,
     camera,
     error::{CliError, check_image_memory, say},
-    light_rig::{self, Lighting},
-    motion::NOTHING_MOVES,
+    light_rig::Lighting,
     output,
     parse::{Frames, Size},
     progress::Progress,
-    render::lit_scene,
     report::grouped,
     shot, signals,
+    stage::Stage,
 };
 
 /// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
@@ -83,26 +82,16 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         progress.note("--seed is the seed of the noise; --rain-seed is the seed of --lights rain");
     }
 
-    let (mut scene, motion) = lit_scene(flags, &mut progress)?;
-    if motion.is_none() && shot.has_only_a_time() {
-        progress.note(NOTHING_MOVES);
-    }
-    // Choosing a camera and light visits every placed triangle.
-    Tracer::check_memory(&scene)?;
-    let aspect = size.width as f32 / size.height as f32;
-    let reach = motion.as_ref().map_or(Ok(Bounds::EMPTY), |motion| motion.bounds(&mut scene))?;
-    let (cameras, is_inside) = camera::choose_each(&scene, &reach, slice::from_ref(&frame.view), aspect)?;
-    let mut camera = cameras[0].clone();
-    if is_inside {
-        progress.note(camera::INSIDE);
-    }
     let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
-    let rig = light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
+    let views = slice::from_ref(&frame.view);
+    let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
+    let Stage { mut scene, motion, cameras, rig } = Stage::of(&shot, views, lights, &mut progress, check)?;
+    let mut camera = cameras[0].clone();
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
         motion.at_time(&mut scene, time)?;
-        camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
+        camera = camera::follow(&scene, &bounds, &frame.view, size.aspect(), &camera)?;
     }
     let camera = &camera;
 
@@ -132,7 +121,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let tracer = progress.step("build", "Building the BVHs", || Tracer::new(&scene, settings.clone()))?;
     // The film is allocated. Without memory for writing, hours of tracing would be lost.
     check_image_memory(size, writing)?;
-    let LookArgs { exposure, tone_map, .. } = flags.look;
+    let ImageSettings { exposure, tone_map, .. } = flags.settings().image;
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
     let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };
     let exposure = rig.exposure().filter(|_| meters).map_or(exposure, Exposure::Ev);

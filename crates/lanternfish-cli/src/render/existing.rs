@@ -23,7 +23,7 @@ impl Expected {
         if args.stereo.stereo.is_some() && !has_layers {
             width *= 2;
         }
-        if args.look.debug_view.and_then(Scale::of).is_some() {
+        if args.settings().image.debug_view.and_then(Scale::of).is_some() {
             (width, height) = legend::size_with(width, height);
         }
         Self { width, height, layers: if has_layers { &EYES } else { &[""] } }

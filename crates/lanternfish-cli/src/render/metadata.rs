@@ -17,14 +17,14 @@ pub const SEED: &str = "lanternfish.seed";
 
 /// The texts of an image by name. `before` counts the images that this run rendered before it.
 pub fn texts(settings: &Settings, seed: u32, before: u32) -> Vec<(&'static str, String)> {
-    let is_antialiased = settings.antialiasing == Antialiasing::Temporal && settings.accumulate == 1;
+    let is_antialiased = settings.image.antialiasing == Antialiasing::Temporal && settings.image.accumulate == 1;
     let history_frames = if settings.history == History::On || is_antialiased { before } else { 0 };
     vec![
         (SOFTWARE, concat!("lanternfish ", env!("CARGO_PKG_VERSION")).to_owned()),
         (INDIRECT, settings.indirect.name().to_owned()),
         (HISTORY, settings.history.to_string()),
         (HISTORY_FRAMES, history_frames.to_string()),
-        (ACCUMULATE, settings.accumulate.to_string()),
+        (ACCUMULATE, settings.image.accumulate.to_string()),
         (SEED, seed.to_string()),
     ]
 }
@@ -38,7 +38,7 @@ mod tests {
     #[test]
     fn without_history_an_image_has_no_frames_before_it() {
         let of = |history| {
-            let settings = Settings { history, accumulate: 4, indirect: Indirect::NONE, ..Settings::default() };
+            let settings = Settings::default().with_history(history).with_accumulate(4).with_indirect(Indirect::NONE);
             texts(&settings, 7, 2)
         };
         let value = |texts: &[(&str, String)], name| texts.iter().find(|text| text.0 == name).unwrap().1.clone();

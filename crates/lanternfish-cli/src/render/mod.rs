@@ -1,8 +1,7 @@
 //! Renders a scene's file to an image, or to the images of a sequence.
 //!
 //! 1. Refuse what can be refused without work. Skip existing frames, if requested ([`existing`]).
-//! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]), all at 0 s, whichever
-//!    frames are requested.
+//! 2. Read the scene, choose cameras and light ([`crate::stage`]), all at 0 s, whichever frames are requested.
 //! 3. Upload it in this state and render frame after frame ([`renderings`]).
 
 pub mod existing;
@@ -20,21 +19,20 @@ use lanternfish::{
     settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Gpu, driver_warning};
-use lanternfish_scene::{Bounds, Scene};
+use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
 pub use self::lights::{apply_lights, lit_scene};
 use self::{existing::Expected, renderings::RenderedImages};
 use crate::{
     args::RenderArgs,
-    camera,
     error::{CliError, check_image_memory},
-    light_rig::{self, FillLight, Lighting},
-    motion::NOTHING_MOVES,
+    light_rig::{FillLight, Lighting},
     output::{self, Output},
     progress::Progress,
     report::Run,
     shot::{Shot, ShotFrame},
+    stage::Stage,
     stereo::StereoLayout,
 };
 
@@ -71,52 +69,41 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 
     let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
     check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()))?;
-    let (mut scene, motion) = lit_scene(args, &mut progress)?;
-    if output.is_radiance() && settings.exposure != Exposure::Auto {
+    if output.is_radiance() && settings.image.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
     }
-    if motion.is_none() && shot.has_only_a_time() {
-        progress.note(NOTHING_MOVES);
-    }
-    if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
+    if settings.image.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
         progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
     }
-    if scene.lights.is_empty() && matches!(settings.debug_view, Some(DebugView::LightCount | DebugView::RayCount)) {
-        progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
-    }
-    // Choosing a camera and light visits every placed triangle, so a large scene is refused before.
-    let mut opened = None;
-    if scene.triangle_counts().1 > LARGE {
-        let early = Opened::new(args, &settings, &mut progress)?;
-        early.renderer.check_memory(&scene)?;
-        opened = Some(early);
-    }
-    let aspect = size.width as f32 / size.height as f32;
     let first = shot.first();
     let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
     let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
-    let reach = motion.as_ref().map_or(Ok(Bounds::EMPTY), |motion| motion.bounds(&mut scene))?;
-    let (cameras, is_inside) = camera::choose_each(&scene, &reach, &views, aspect)?;
-    if is_inside {
-        progress.note(camera::INSIDE);
-    }
-    let lights = Lighting::of(&settings);
-    let revolving = light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
+    let (lights, mut opened) = (Lighting::of(&settings), None);
+    let Stage { scene, motion, cameras, rig } = Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
+        let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
+        if scene.lights.is_empty() && counts_lights {
+            progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
+        }
+        if scene.triangle_counts().1 > LARGE {
+            opened.insert(Opened::new(args, &settings, progress)?).renderer.check_memory(scene)?;
+        }
+        Ok(())
+    })?;
     note_unused_light(&progress, &scene, &settings);
 
     let Opened { gpu, renderer } = opened.map_or_else(|| Opened::new(args, &settings, &mut progress), Ok)?;
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     note_many_lights(&progress, &uploaded, &renderer);
-    let scale = settings.debug_view.and_then(Scale::of);
-    if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
+    let scale = settings.image.debug_view.and_then(Scale::of);
+    if let (Some(scale), Some(view)) = (&scale, settings.image.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
     }
     let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
     let may_lack_light = is_metered && is_lit && FillLight::may_lack(&scene, &args.lights);
-    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, revolving, may_lack_light);
+    let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, rig, may_lack_light);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();
     if is_metered {
@@ -209,7 +196,7 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
         output::check_writable(path)?;
         output::refuse_same(&[(path, "--report")], &[read, renderings].concat())?;
     }
-    if let Some(view) = args.look.debug_view.filter(|_| output.is_radiance()) {
+    if let Some(view) = args.settings().image.debug_view.filter(|_| output.is_radiance()) {
         let what = format!("{}: --debug-view {view} is an image, .exr holds radiance", output.path.display());
         return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
     }
@@ -221,7 +208,7 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let expected = Expected::of(args);
     let is_there = |output: &Output| args.track.skip_existing && expected.fault(output).is_none();
     let there: Vec<_> = outputs.par_iter().map(is_there).collect();
-    let shows_motion = args.look.debug_view == Some(DebugView::Motion);
+    let shows_motion = args.settings().image.debug_view == Some(DebugView::Motion);
     let before = |frame: &ShotFrame| shot.before(frame).filter(|_| shows_motion);
     let planned = frames.into_iter().zip(outputs).zip(there);
     Ok(planned.map(|((frame, output), is_there)| Planned { before: before(&frame), frame, output, is_there }).collect())
@@ -272,7 +259,7 @@ const MANY_LIGHTS: f32 = 100.0;
 fn note_many_lights(progress: &Progress, uploaded: &GpuScene, renderer: &Renderer) {
     let settings = renderer.settings();
     let in_reach = lights_in_reach(uploaded);
-    if settings.direct.is_none() && settings.shadows != Shadows::None && in_reach > MANY_LIGHTS {
+    if settings.direct.is_none() && settings.shadows.technique != Shadows::None && in_reach > MANY_LIGHTS {
         progress.note(&format!(
             "about {in_reach:.0} lights reach a point, and each gets a ray; --direct sampled is faster, and exact with --accumulate"
         ));
@@ -281,7 +268,7 @@ fn note_many_lights(progress: &Progress, uploaded: &GpuScene, renderer: &Rendere
 
 /// Notes which light has no effect on the image.
 fn note_unused_light(progress: &Progress, scene: &Scene, settings: &Settings) {
-    if settings.debug_view.is_some() {
+    if settings.image.debug_view.is_some() {
         return;
     }
     let (has_occlusion, sees_environment) =

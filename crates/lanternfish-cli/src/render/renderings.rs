@@ -94,7 +94,7 @@ impl ShownFrames {
 
 /// True if one image sets the exposure of all.
 pub fn are_metered(settings: &Settings, output: &Output) -> bool {
-    settings.exposure == Exposure::Auto && settings.debug_view.is_none() && !output.is_radiance()
+    settings.image.exposure == Exposure::Auto && settings.image.debug_view.is_none() && !output.is_radiance()
 }
 
 impl<'a> RenderedImages<'a> {
@@ -110,11 +110,11 @@ impl<'a> RenderedImages<'a> {
         may_lack_light: bool,
     ) -> Self {
         let size = args.output.size;
-        let aspect = size.width as f32 / size.height as f32;
+        let aspect = size.aspect();
         let may_change = args.track.orbit.is_some() && !revolving.is_empty();
         let bounds = motion.is_some().then(|| scene.bounds());
         let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_lack_light);
-        let scale = renderer.settings().debug_view.and_then(Scale::of);
+        let scale = renderer.settings().image.debug_view.and_then(Scale::of);
         let (cost, exposure, metered) = (Report::default(), None, None);
         Self {
             args,
@@ -249,7 +249,7 @@ impl<'a> RenderedImages<'a> {
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
         let views: Vec<_> = cameras.iter().map(|camera| (camera, [size.width, size.height])).collect();
-        let shown = Arc::new(ShownFrames::new(progress.bar(), self.renderer.settings().accumulate));
+        let shown = Arc::new(ShownFrames::new(progress.bar(), self.renderer.settings().image.accumulate));
         if self.renderer.engine().device.adapter_info().device_type == wgpu::DeviceType::Cpu {
             let shown = Arc::clone(&shown);
             self.renderer.watch_passes(Some(Box::new(move |pass| shown.pass(pass))));

@@ -30,8 +30,7 @@ struct Step {
 fn steps_of(scene: &Scene, shot: &Shot, progress: &Progress) -> Result<Vec<Step>, CliError> {
     let (frames, size) = (shot.frames(), shot.args.output.size);
     let views: Vec<_> = frames.iter().map(|frame| frame.view.clone()).collect();
-    let (cameras, is_inside) =
-        camera::choose_each(scene, &Bounds::EMPTY, &views, size.width as f32 / size.height as f32)?;
+    let (cameras, is_inside) = camera::choose_each(scene, &Bounds::EMPTY, &views, size.aspect())?;
     if is_inside {
         progress.note(camera::INSIDE);
     }
@@ -77,7 +76,7 @@ impl Plan {
             ));
         }
         let lights = Lighting {
-            is_seen: settings.debug_view.is_none(),
+            is_seen: settings.image.debug_view.is_none(),
             reaches_surfaces: settings.indirect != Indirect::NONE || settings.occlusion != Occlusion::NONE,
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
@@ -164,7 +163,7 @@ mod tests {
             plan(&format!("scene = \"demo:cornell\"\n[technique]\naccumulate = {accumulate}\n")).settings
         };
         let single = settings(1);
-        assert_eq!((single.accumulate, single.samples), (1, Samples::Four));
+        assert_eq!((single.image.accumulate, single.image.samples), (1, Samples::Four));
         assert_eq!(settings(16), single);
     }
 }

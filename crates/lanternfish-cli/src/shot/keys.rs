@@ -9,8 +9,11 @@ use std::{
 
 use clap::{Arg, ArgAction, Args as _, Command, error::ContextKind, error::ContextValue};
 use glam::Vec3;
-use lanternfish::settings::Exposure;
-use lanternfish_scene::Light;
+use lanternfish::{
+    settings::{Offered, Settings},
+    technique::Range,
+};
+use lanternfish_scene::{Light, nearest};
 
 use crate::{
     args::{RenderArgs, render_command},
@@ -27,6 +30,8 @@ pub struct Key {
     /// True if it holds a list of values, because the flag is repeatable.
     pub repeats: bool,
     pub kind: Kind,
+    /// What it sets, if the library declares it.
+    pub setting: Option<Offered>,
     /// The id of the flag in its parser.
     pub id: String,
     arg: Arg,
@@ -55,40 +60,44 @@ pub enum Kind {
 
 /// All flags of `render`, in the order of help.
 pub fn keys() -> Vec<Key> {
-    RenderArgs::augment_args(Command::new("render")).get_arguments().filter_map(Key::new).collect()
+    let command = RenderArgs::augment_args(Command::new("render"));
+    let settings = Settings::offered();
+    let setting = |arg: &Arg| settings.iter().find(|entry| entry.info.name == arg.get_id().as_str()).cloned();
+    command.get_arguments().filter_map(|arg| Key::new(arg, setting(arg))).collect()
 }
 
 impl Key {
-    fn new(arg: &Arg) -> Option<Self> {
+    fn new(arg: &Arg, setting: Option<Offered>) -> Option<Self> {
         let name = arg.get_long()?.to_owned();
         let heading = arg.get_help_heading().expect("every flag is under a heading");
         let table = heading.split_whitespace().next().expect("a word").to_lowercase();
         let value = arg.get_value_parser().type_id();
         let is = |ids: &[TypeId]| ids.iter().any(|id| value == *id);
-        let kind = if matches!(arg.get_action(), ArgAction::SetTrue) {
-            Kind::Flag
-        } else if is(&[TypeId::of::<bool>()]) {
-            Kind::Switch
-        } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) {
-            Kind::Number
-        } else if is(&[TypeId::of::<Exposure>(), TypeId::of::<Frames>()]) {
-            Kind::NumberOrWord
-        } else if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) {
-            Kind::Numbers
-        } else if is(&[TypeId::of::<Size>()]) {
-            Kind::Size
-        } else if is(&[TypeId::of::<PathBuf>()]) {
-            Kind::Path
-        } else {
-            Kind::Text
+        let kind = match setting.as_ref().map(|setting| setting.info.range) {
+            Some(Range::Count(..) | Range::Positive | Range::Number(..) | Range::Numbers) => Kind::Number,
+            Some(Range::Switch(..)) => Kind::Switch,
+            Some(Range::Text) => Kind::NumberOrWord,
+            None if matches!(arg.get_action(), ArgAction::SetTrue) => Kind::Flag,
+            None if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) => Kind::Number,
+            None if is(&[TypeId::of::<Frames>()]) => Kind::NumberOrWord,
+            None if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) => Kind::Numbers,
+            None if is(&[TypeId::of::<Size>()]) => Kind::Size,
+            None if is(&[TypeId::of::<PathBuf>()]) => Kind::Path,
+            _ => Kind::Text,
         };
         let repeats = matches!(arg.get_action(), ArgAction::Append);
-        Some(Self { table, name, repeats, kind, id: arg.get_id().to_string(), arg: arg.clone() })
+        Some(Self { table, name, repeats, kind, setting, id: arg.get_id().to_string(), arg: arg.clone() })
     }
 
     /// True if this is the key's name or an old name of it.
     pub fn is_called(&self, name: &str) -> bool {
         self.name == name || self.arg.get_all_aliases().is_some_and(|old| old.contains(&name))
+    }
+
+    /// True if it chooses among techniques, one of which has this name.
+    pub fn chooses(&self, technique: &str) -> bool {
+        let is_choice = |setting: &&Offered| setting.kind == self.name;
+        self.setting.as_ref().filter(is_choice).is_some_and(|it| it.names.iter().any(|(name, _)| *name == technique))
     }
 
     /// The word of the command line for this value; `None` for a flag that is off.
@@ -104,6 +113,10 @@ impl Key {
 
     /// The first value that the flag's parser refuses, and the reason.
     pub fn refused(&self, values: &[OsString]) -> Option<(usize, String)> {
+        if self.setting.is_some() {
+            let refused = |value: &OsString| Settings::check(&self.name, &value.to_string_lossy()).err();
+            return values.iter().enumerate().find_map(|(i, value)| Some((i, refused(value)?)));
+        }
         // Test values one by one only if needed: a shot may have thousands of lights.
         self.refuses(values)?;
         (0..values.len()).find_map(|i| Some((i, self.refuses(&values[i..=i])?)))
@@ -124,7 +137,7 @@ impl Key {
         match error.get(ContextKind::ValidValue) {
             Some(ContextValue::Strings(names)) if !names.is_empty() => {
                 let value = values.last().map(|value| value.to_string_lossy()).unwrap_or_default();
-                let nearest = nearest(&value, names.iter().map(String::as_str));
+                let nearest = nearest(&value, &names.iter().map(String::as_str).collect::<Vec<_>>());
                 Some(format!("expected one of {}; did you mean {nearest:?}?", names.join(", ")))
             }
             _ => Some(format!("expected {}", self.expected())),
@@ -176,9 +189,4 @@ impl Key {
             _ => self.arg.get_default_values().first().map(AsRef::as_ref),
         }
     }
-}
-
-/// The name that is closest to `name` in spelling.
-pub fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> &'n str {
-    names.min_by_key(|other| strsim::damerau_levenshtein(name, other)).unwrap_or_default()
 }

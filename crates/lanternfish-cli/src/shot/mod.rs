@@ -3,8 +3,9 @@
 //! `lanternfish help shot` has an example.
 //!
 //! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come from the
-//! flags themselves, so a new flag is a new key. The flags' own parsers read the values. Only `scene`, and `interpolation` and
-//! `keyframes` of `[track]`, have no flag. Paths are relative to the shot's folder. A flag on the command line overrides the
+//! flags themselves, so a new flag is a new key. The library reads settings, as it declares them; the flags' own parsers read the
+//! rest. Only `scene`, and `interpolation` and `keyframes` of `[track]`, have no flag. A technique with its parameters may be a
+//! table: `[indirect.sampled]`. Paths are relative to the shot's folder. A flag on the command line overrides the
 //! shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
 mod camera_path;
@@ -150,15 +151,22 @@ fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
     words
 }
 
-/// The arguments of `render` for words that the parser has accepted individually.
+/// The arguments of `render` for words that have been accepted individually. Settings are given as text; the parser of the
+/// command line reads the command's own.
 fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
     let mut line: Vec<OsString> = Vec::new();
+    let mut settings = Vec::new();
     for (id, value) in words {
         let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
-        line.extend(key.word(value));
+        match key.setting.is_some() {
+            true => settings.push((key.name.as_str(), value.to_string_lossy().into_owned())),
+            false => line.extend(key.word(value)),
+        }
     }
     line.extend(["--".into(), scene.spelling().to_owned()]);
-    RenderArgs::of(line).unwrap_or_else(|error| error.exit())
+    let mut args = RenderArgs::of(line).unwrap_or_else(|error| error.exit());
+    args.give(&settings);
+    args
 }
 
 /// Flags of camera, time and output. A recording has its own camera and time.

@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use lanternfish::settings::Settings;
+use lanternfish_scene::nearest;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
@@ -13,7 +15,7 @@ use toml::{
 
 use super::{
     camera_path::{CameraPath, RecordedPath},
-    keys::{Key, Kind, nearest},
+    keys::{Key, Kind},
     track::{Interpolation, Moment, Track},
 };
 use crate::{
@@ -89,7 +91,7 @@ impl Reader<'_> {
         let mut words = Vec::new();
         for (name, value) in flags {
             let Some(key) = self.keys.iter().find(|key| key.is_called(&name)) else {
-                let nearest = nearest(&name, self.keys.iter().map(|key| key.name.as_str()));
+                let nearest = nearest(&name, &self.keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
                 return Err(failed(
                     format!("the recording's flag {name:?}: there is none"),
                     format!("it may be {nearest:?}"),
@@ -125,6 +127,10 @@ impl Reader<'_> {
                 }
                 continue;
             }
+            if let (DeValue::Table(parameters), Some(kind)) = (value.get_ref(), self.kind(table, name)) {
+                self.technique(kind, name, parameters, file)?;
+                continue;
+            }
             match (table, name) {
                 ("track", "interpolation") => interpolation = self.interpolation(value)?,
                 ("track", "keyframes") => keyframes = Some(self.keyframes(value)?),
@@ -137,6 +143,28 @@ impl Reader<'_> {
         }
         if let Some(keyframes) = keyframes {
             file.path = Some(CameraPath::Keyframes(Track { interpolation, keyframes }));
+        }
+        Ok(())
+    }
+
+    /// The key that chooses a technique of this name.
+    fn kind(&self, table: &str, technique: &str) -> Option<&Key> {
+        let is_kind = |key: &&Key| key.table == table && key.chooses(technique);
+        self.keys.iter().find(is_kind)
+    }
+
+    /// A technique with a table of its parameters: [indirect.sampled]. The library's data declares which it has.
+    fn technique(&self, kind: &Key, name: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
+        file.words.push((kind.id.clone(), name.into()));
+        for (parameter, place, value) in entries(content) {
+            let key = self.keys.iter().find(|key| key.setting.is_some() && key.is_called(parameter));
+            let words = key.map(|key| self.words(key, value)).transpose()?.unwrap_or_default();
+            let text = words.first().map(|word| word.to_string_lossy()).unwrap_or_default();
+            let data = serde_json::json!({ &kind.name: { name: { parameter: text } } });
+            serde_json::from_value::<Settings>(data).map_err(|error| {
+                self.error(place.start, &error.to_string(), "`lanternfish help render --all` lists parameters")
+            })?;
+            file.words.extend(key.into_iter().flat_map(|key| words.iter().map(|word| (key.id.clone(), word.clone()))));
         }
         Ok(())
     }
@@ -262,7 +290,7 @@ impl Reader<'_> {
         let elsewhere = self.keys.iter().find(|key| key.name == name).map(|key| key.table.as_str());
         let hint = match elsewhere {
             Some(other) => format!("`{name}` belongs in [{other}]"),
-            None => format!("did you mean `{}`?", nearest(name, known)),
+            None => format!("did you mean `{}`?", nearest(name, &known.collect::<Vec<_>>())),
         };
         self.error(place, &what, hint)
     }

@@ -5,11 +5,7 @@
 use std::ffi::OsString;
 
 use glam::Vec3;
-use lanternfish::{
-    settings::Settings,
-    technique::{Choice, Kind},
-};
-use lanternfish_papers::DeepImageSettings;
+use lanternfish::settings::Settings;
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
     generate::Rain,
@@ -22,7 +18,7 @@ use super::{
     keys::{Key, keys},
     parsed, write,
 };
-use crate::{camera, error::CliError, parse, stereo};
+use crate::{camera, error::CliError, stereo};
 
 /// Flags of things that a window does not show. They are dropped.
 const LEFT_BEHIND: [&str; 14] = [
@@ -100,7 +96,7 @@ impl Opened {
         let stays = |(id, _): &&(String, OsString)| {
             let name = name_of(id);
             let is_light = matches!(name, "point" | "disk" | "rectangle" | "sun" | "light-rig" | "size");
-            let is_setting = setting(name, shown.settings).is_some();
+            let is_setting = shown.settings.value(name).is_some();
             let is_other = name == "stereo" && are_other_eyes;
             !(LEFT_BEHIND.contains(&name) || is_other || is_light || is_setting || (is_camera(name) && !stands))
         };
@@ -110,7 +106,7 @@ impl Opened {
             words.push((key.id.clone(), text.into()));
         };
         for key in &keys {
-            if let Some(Some(text)) = setting(&key.name, shown.settings) {
+            if let Some(Some(text)) = shown.settings.value(&key.name) {
                 say(&key.name, text);
             }
         }
@@ -212,7 +208,7 @@ pub fn command_line(shot: &Shot) -> String {
         let key = key_of(&words[index].0);
         let word = words.remove(index);
         let is_said_anyway =
-            setting(&key.name, &settings).is_some() && parsed(&shot.args.scene, &words, &keys).settings() == settings;
+            settings.value(&key.name).is_some() && parsed(&shot.args.scene, &words, &keys).settings() == settings;
         if !is_said_anyway && key.default() != Some(word.1.as_os_str()) {
             words.insert(index, word);
         }
@@ -230,41 +226,6 @@ fn quoted(word: &str) -> String {
         true => word.to_owned(),
         false => format!("'{}'", word.replace('\'', r"'\''")),
     }
-}
-
-/// The value of a flag of settings. The outer `None`: the flag is not about settings; the inner one: it has its default.
-fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
-    let deep = &DeepImageSettings::of(&settings.structure);
-    let own = match name {
-        "light-radius" => Some(settings.light_radius.to_string()),
-        "textures" => Some(settings.textures.to_string()),
-        "accumulate" => Some(settings.accumulate.to_string()),
-        "deep-resolution" => Some(deep.resolution.to_string()),
-        "deep-slices" => Some(deep.slices.to_string()),
-        "deep-directions" => Some(parse::direction_set_text(deep.directions)),
-        "deep-builder" => Some(deep.builder.to_string()),
-        "deep-sort" => Some(deep.sort.to_string()),
-        "deep-merge" => Some(deep.merge_texels.to_string()),
-        "deep-search" => Some(deep.search.to_string()),
-        _ => None,
-    };
-    let is_own = Settings::PARAMETERS.iter().any(|parameter| parameter.info.name == name);
-    own.map(Some)
-        .or_else(|| is_own.then(|| settings.get(name)))
-        .or_else(|| of_technique(name, &settings.indirect))
-        .or_else(|| of_technique(name, &settings.occlusion))
-        .or_else(|| of_technique(name, &settings.direct))
-        .or_else(|| of_technique(name, &settings.culling))
-}
-
-/// The same for a technique and its parameters. Parameters of the kind's other techniques keep their defaults.
-fn of_technique<K: Kind + ?Sized>(name: &str, choice: &Choice<K>) -> Option<Option<String>> {
-    if name == K::FLAG {
-        return Some(Some(choice.name().to_owned()));
-    }
-    let has = |technique: &K| technique.parameters().iter().any(|(info, _)| info.name == name);
-    let is_known = Choice::<K>::all().iter().any(|other| other.technique().is_some_and(has));
-    is_known.then(|| choice.technique().filter(|technique| has(technique)).and_then(|technique| technique.get(name)))
 }
 
 /// The flag that adds a light: name and value.
@@ -321,7 +282,7 @@ fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
 /// The flags that differ between two settings, for an error.
 fn differing(a: &Settings, b: &Settings) -> String {
     let mut names: Vec<_> = keys().into_iter().map(|key: Key| key.name).collect();
-    names.retain(|name| setting(name, a) != setting(name, b));
+    names.retain(|name| a.value(name) != b.value(name));
     if names.is_empty() { "settings without a flag".to_owned() } else { names.join(", ") }
 }
 

@@ -60,7 +60,7 @@ pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
     }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;
-    let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
+    let camera = camera::choose(&scene, &shot.views()[0], size.aspect())?;
     let text = text(&shot, Some(&camera))?;
     match file {
         None => output::print(&text),

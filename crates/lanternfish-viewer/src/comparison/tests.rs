@@ -61,7 +61,7 @@ impl Both {
 /// B is rendered with its own settings, its difference equals ꟻLIP, and it follows changes of settings and scene.
 #[test]
 fn gpu_side_b_is_rendered_and_compared() {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let Some(mut both) = Both::new("gpu_side_b_is_rendered_and_compared", &settings) else { return };
     assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.rendering().is_none());
     both.wipe.other = Other::Settings;
@@ -76,7 +76,7 @@ fn gpu_side_b_is_rendered_and_compared() {
     assert_eq!((both.comparison.progress(), both.comparison.mean()), (64, Some(0.0)));
     assert!(both.pixels_of_b() == both.first.pixels().unwrap());
 
-    both.wipe.settings.shadows = Shadows::None;
+    both.wipe.settings.shadows.technique = Shadows::None;
     both.until(64, |both| is_compared(both) && both.comparison.mean() != Some(0.0));
     let (a, b) = (both.first.pixels().unwrap(), both.pixels_of_b());
     let image = |texels: &[[u8; 4]]| {
@@ -98,7 +98,7 @@ fn gpu_side_b_is_rendered_and_compared() {
     assert!(Arc::ptr_eq(&both.first.scene, &both.comparison.rendered.as_ref().unwrap().scene));
     assert!(both.pixels_of_b() != b && both.first.pixels().unwrap() != a);
     // Debug views are not averaged.
-    both.wipe.settings.debug_view = Some(DebugView::Normal);
+    both.wipe.settings.image.debug_view = Some(DebugView::Normal);
     both.until(64, |both| is_compared(both) && both.comparison.progress() == 1);
     both.wipe.other = Other::Nothing;
     both.until(64, at_rest);
@@ -108,7 +108,7 @@ fn gpu_side_b_is_rendered_and_compared() {
 /// The path tracer's image uses A's exposure and tone map, and includes indirect light that A leaves out. A camera move cancels it.
 #[test]
 fn gpu_the_path_tracer_works_while_the_camera_rests() {
-    let settings = Settings { tone_map: ToneMap::Reinhard, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_tone_map(ToneMap::Reinhard);
     let Some(mut both) = Both::new("gpu_the_path_tracer_works_while_the_camera_rests", &settings) else { return };
     both.wipe.other = Other::PathTracer;
     both.until(3, |both| both.first.averaged() == 3 && !both.first.is_busy() && both.comparison.progress() > 20);
@@ -131,7 +131,7 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
 
 #[test]
 fn gpu_a_pixel_is_probed_while_images_are_drawn() {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let Some(mut both) = Both::new("gpu_a_pixel_is_probed_while_images_are_drawn", &settings) else { return };
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.probe_result.is_some());
@@ -151,7 +151,7 @@ fn gpu_a_pixel_is_probed_while_images_are_drawn() {
 #[test]
 fn gpu_deep_images_are_points_on_side_b() {
     let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    let settings = Settings { shadows: Shadows::BVH, structure: images.into(), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_structure(images);
     let Some(mut both) = Both::new("gpu_deep_images_are_points_on_side_b", &settings) else { return };
     both.wipe.other = Other::DeepImages;
     let at_rest =

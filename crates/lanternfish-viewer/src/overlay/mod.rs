@@ -170,7 +170,7 @@ fn grid(painter: &Painter, rect: Rect, drawn: &Drawn<'_>) {
 /// Draws range spheres of the lights nearest to a camera, in each light's colour.
 fn ranges(wire: &Wire<'_>, camera: &Camera, drawn: &Drawn<'_>) {
     let settings = drawn.settings;
-    let reach = |light: &Light| light.effective_range(settings.attenuation, settings.range_threshold);
+    let reach = |light: &Light| light.effective_range(settings.lights.attenuation, settings.lights.range_threshold);
     let size = drawn.scene.bounds().size().length();
     let is_shown = |light: &&Light| light.kind != LightKind::Directional && reach(light) < 10.0 * size;
     let mut lights: Vec<&Light> = drawn.scene.lights.iter().filter(is_shown).collect();
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn only_tiles_and_clusters_have_a_grid() {
-        let with = |culling| has_grid(&Settings { culling, ..Settings::default() });
+        let with = |culling| has_grid(&Settings::default().with_culling(culling));
         assert!(with(Culling::default()) && !with(Culling::NONE));
     }
 }

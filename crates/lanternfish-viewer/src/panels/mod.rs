@@ -258,9 +258,9 @@ fn settings(ui: &mut Ui, state: &mut State) {
     if of_b {
         swap(state);
     }
-    let shown = state.settings.debug_view;
+    let shown = state.settings.image.debug_view;
     parameters::show(ui, state);
-    if state.settings.debug_view != shown {
+    if state.settings.image.debug_view != shown {
         // The user chose another debug view.
         state.written = None;
     }

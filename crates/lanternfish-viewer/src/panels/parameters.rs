@@ -26,7 +26,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
     technique(ui, &mut settings.culling, &defaults.culling, &mut state.message, unfold);
-    for parameter in Settings::PARAMETERS {
+    for parameter in Settings::PARAMETERS.iter().filter(|parameter| parameter.info.has_panel) {
         let name = parameter.info.name;
         let names = (parameter.of)(&mut settings.clone()).names();
         let value = Value { now: settings.get(name), default: defaults.get(name), names };
@@ -47,8 +47,10 @@ fn presets(ui: &mut Ui, settings: &mut Settings) {
         ui.label("quality").on_hover_text("Presets, as --quality of the command line");
         let realtime = Settings::of_preset(Preset::Realtime);
         for preset in Preset::ALL {
-            let Settings { antialiasing, indirect, samples, .. } = Settings::of_preset(*preset);
-            let mut set = Settings { antialiasing, indirect, samples, ..settings.clone() };
+            let of_preset = Settings::of_preset(*preset);
+            let mut set = settings.clone();
+            set.indirect = of_preset.indirect;
+            (set.image.antialiasing, set.image.samples) = (of_preset.image.antialiasing, of_preset.image.samples);
             if *preset == Preset::Realtime {
                 (set.direct, set.history) = (realtime.direct.clone(), realtime.history);
             } else if set.direct == realtime.direct {
@@ -127,10 +129,12 @@ fn widget(ui: &mut Ui, info: &ParameterInfo, value: &Value) -> Option<String> {
                 }
                 response
             }
-            Range::Positive => {
-                let mut number: f32 = shown.parse().unwrap_or(1.0);
+            Range::Positive | Range::Number(..) => {
+                let (least, most) =
+                    if let Range::Number(least, most) = info.range { (least, most) } else { (1e-6, 1e6) };
+                let mut number: f32 = shown.parse().unwrap_or(least.max(1.0));
                 let speed = f64::from(0.01 * number);
-                let response = ui.add(egui::DragValue::new(&mut number).range(1e-6..=1e6).speed(speed));
+                let response = ui.add(egui::DragValue::new(&mut number).range(least..=most).speed(speed));
                 if response.changed() {
                     changed = Some(number.to_string());
                 }

@@ -79,19 +79,19 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         if ui.selectable_label(is_shown, &pass.name).on_hover_text(help).clicked() {
             let before = state.written.take();
-            let shown = state.settings.debug_view;
+            let shown = state.settings.image.debug_view;
             if is_shown {
-                state.settings.debug_view = before.and_then(|before| before.before);
+                state.settings.image.debug_view = before.and_then(|before| before.before);
             } else {
                 let before = before.map_or(shown, |before| before.before);
-                state.settings.debug_view = Some(*first);
+                state.settings.image.debug_view = Some(*first);
                 state.written = Some(Written { pass: pass.name.clone(), before, passes: passes.to_vec() });
             }
         } else if is_shown && views.len() > 1 {
             for row in views.chunks(2) {
                 ui.horizontal(|ui| {
                     for view in row {
-                        ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
+                        ui.selectable_value(&mut state.settings.image.debug_view, Some(*view), view.name())
                             .on_hover_text(view.help());
                     }
                 });

@@ -132,7 +132,9 @@ fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
 fn every_named_setting_has_a_widget_that_changes_it() {
     lanternfish_papers::register();
     let mut harness = shown();
-    for parameter in Settings::PARAMETERS.iter().filter(|parameter| matches!(parameter.info.range, Range::Names)) {
+    for parameter in
+        Settings::PARAMETERS.iter().filter(|entry| entry.info.has_panel && matches!(entry.info.range, Range::Names))
+    {
         let name = parameter.info.name;
         let now = harness.state().state.settings.get(name).unwrap_or_else(|| "none".to_owned());
         let names = (parameter.of)(&mut Settings::default()).names();
@@ -144,7 +146,7 @@ fn every_named_setting_has_a_widget_that_changes_it() {
     choose(&mut harness, Indirect::FLAG, "none");
     let settings = &harness.state().state.settings;
     assert!(settings.culling.name() == "tiled" && settings.indirect == Indirect::NONE);
-    assert!(settings.tone_map != ToneMap::Neutral && settings.debug_view == Some(DebugView::Depth));
+    assert!(settings.image.tone_map != ToneMap::Neutral && settings.image.debug_view == Some(DebugView::Depth));
     harness.get_by_label("Reset all").click();
     harness.run();
     assert!(harness.state().state.settings == Settings::default());
@@ -264,15 +266,15 @@ fn b_is_chosen_and_edited_separately_and_the_line_is_dragged() {
     harness.get_by_label("Copy A to B").click();
     harness.run();
     let wipe = harness.state().state.wipe.clone();
-    assert!(wipe.other == Other::Settings && wipe.settings.tone_map == ToneMap::Aces && !wipe.edits_b);
+    assert!(wipe.other == Other::Settings && wipe.settings.image.tone_map == ToneMap::Aces && !wipe.edits_b);
     // The panel edits A until B is selected.
     choose(&mut harness, "tone-map", "reinhard");
-    assert_eq!(harness.state().state.wipe.settings.tone_map, ToneMap::Aces);
+    assert_eq!(harness.state().state.wipe.settings.image.tone_map, ToneMap::Aces);
     harness.get_by_label("B").click();
     harness.run();
     choose(&mut harness, "tone-map", "none");
     let state = &harness.state().state;
-    assert_eq!((state.settings.tone_map, state.wipe.settings.tone_map), (ToneMap::Reinhard, ToneMap::None));
+    assert_eq!((state.settings.image.tone_map, state.wipe.settings.image.tone_map), (ToneMap::Reinhard, ToneMap::None));
     assert!(harness.query_by_label("Settings of B").is_some());
     assert!(harness.query_by_label("B: mean of 17 frames").is_some());
     assert!(harness.query_by_label("Mean difference (FLIP): 0.1250").is_some());
@@ -433,7 +435,7 @@ fn a_click_on_a_pass_shows_its_output_and_a_second_the_image() {
     harness.state_mut().passes = passes.clone();
     harness.state_mut().memory.frames.lists = vec![("a list", 77)];
     harness.run();
-    let view = |harness: &Harness<'_, Shown>| harness.state().state.settings.debug_view;
+    let view = |harness: &Harness<'_, Shown>| harness.state().state.settings.image.debug_view;
     harness.get_by_label("prepass").click();
     harness.run();
     assert_eq!(view(&harness), Some(DebugView::Depth));

@@ -76,7 +76,7 @@ mod tests {
         ] {
             assert_eq!(first(pass), view, "{pass}");
         }
-        let all = Settings { culling: Culling::NONE, ..settings };
+        let all = settings.with_culling(Culling::NONE);
         assert!(views_of("light_culling/anything", &all).is_empty());
     }
 }

@@ -39,7 +39,7 @@ fn value(info: &ParameterInfo, names: &[(&'static str, &'static str)], random: &
         Range::Names | Range::Numbers => names[below(names.len())].0.to_owned(),
         Range::Switch(..) => ["on", "off"][below(2)].to_owned(),
         Range::Count(least, most) => (least + below((most - least).min(100) as usize + 1) as u32).to_string(),
-        Range::Positive => format!("{:.3}", 0.2 + 2.0 * random.unit()),
+        Range::Positive | Range::Number(..) => format!("{:.3}", 0.2 + 2.0 * random.unit()),
         Range::Text => ["auto", "0", "1.5", "none"][below(4)].to_owned(),
     }
 }
@@ -68,7 +68,8 @@ fn change(settings: &mut Settings, random: &mut Random) {
         1 => change_technique(&mut settings.occlusion, random),
         2 => change_technique(&mut settings.culling, random),
         _ => {
-            let parameter = &Settings::PARAMETERS[(random.unit() * Settings::PARAMETERS.len() as f64) as usize];
+            let shown: Vec<_> = Settings::PARAMETERS.iter().filter(|parameter| parameter.info.has_panel).collect();
+            let parameter = shown[(random.unit() * shown.len() as f64) as usize];
             let names = (parameter.of)(&mut settings.clone()).names();
             let _ = settings.set(parameter.info.name, &value(&parameter.info, &names, random));
         }
@@ -121,7 +122,7 @@ fn gpu_settings_change_at_random(gpu: &Gpu) {
     let gpu = own(gpu);
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
-    let base = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let base = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut viewport = Viewport::new(gpu, scene, &base).unwrap();
     viewport.resize(UVec2::new(24, 16));
     let mut random = Random::new(7, 0, 0);

@@ -1,7 +1,7 @@
 //! Repeated changes of settings do not increase memory use.
 
 use lanternfish::{
-    settings::{Culling, DebugView, History, Indirect, Occlusion, Quality, Samples, Shadows},
+    settings::{DebugView, History, Indirect, Quality, Samples, Shadows},
     techniques::{SampledLights, Tiled},
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
@@ -42,17 +42,17 @@ pub fn own(gpu: &Gpu) -> Gpu {
 
 /// One setting for each kind of change: parameters, shaders, upload, deep images, multisampled textures, indirect light.
 fn kinds() -> Vec<Settings> {
-    let base = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let base = Settings::direct_light().with_shadows(Shadows::BVH);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     let indirect = Indirect::from(Quality::Draft.sampled());
     vec![
         base.clone(),
-        Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..base.clone() },
-        Settings { samples: Samples::Four, ..base.clone() },
-        Settings { direct: SampledLights::default().into(), history: History::On, ..base.clone() },
-        Settings { occlusion: Occlusion::from(Deep::default()), structure: deep_images.into(), ..base.clone() },
-        Settings { indirect, ..base.clone() },
-        Settings { debug_view: Some(DebugView::Normal), ..base },
+        base.clone().with_culling(Tiled::default()).with_shadows(Shadows::None),
+        base.clone().with_samples(Samples::Four),
+        base.clone().with_direct(SampledLights::default()).with_history(History::On),
+        base.clone().with_occlusion(Deep::default()).with_structure(deep_images),
+        base.clone().with_indirect(indirect),
+        base.with_debug_view(Some(DebugView::Normal)),
     ]
 }
 

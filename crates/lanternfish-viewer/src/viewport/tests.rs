@@ -2,7 +2,7 @@ mod slices;
 
 use glam::{Vec3, Vec3Swizzles};
 use lanternfish::{
-    settings::{Culling, DebugView, Exposure, Indirect, Quality, Shadows},
+    settings::{Culling, DebugView, Exposure, Quality, Shadows},
     techniques::{Clustered, Grouping, Tiled},
 };
 use lanternfish_gpu::testing;
@@ -37,8 +37,8 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
 /// Changed lights, one by one or all at once, give the same image as a scene with these lights. Rejected lights change nothing.
 #[gpu_test]
 fn gpu_changed_lights_equal_those_of_a_new_scene(gpu: &Gpu) {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = settings.clone().with_indirect(Quality::Draft.sampled().one_bounce());
     for settings in [settings, indirect] {
         let mut viewport = cornell(gpu, &settings);
         let camera = viewport.scene.default_camera(1.5);
@@ -82,8 +82,8 @@ fn gpu_changed_lights_equal_those_of_a_new_scene(gpu: &Gpu) {
 /// Two viewports of a scene: each renders the same image as alone, and the second follows changes of the scene.
 #[gpu_test]
 fn gpu_a_second_viewport_renders_independently(gpu: &Gpu) {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
+    let unshadowed = settings.clone().with_shadows(Shadows::None);
     let mut a = cornell(gpu, &settings);
     let camera = a.scene.default_camera(1.5);
     let mut b = a.comparison(&unshadowed).unwrap();
@@ -112,7 +112,7 @@ fn gpu_an_image_follows_sizes_settings_and_scenes(gpu: &Gpu) {
     let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
     let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
     let camera = scene.default_camera(1.5);
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut viewport = Viewport::new(gpu, scene, &settings).unwrap();
     assert!(viewport.resize(UVec2::new(48, 32)) && !viewport.resize(UVec2::new(48, 32)));
     assert!(viewport.has_more(&camera));
@@ -125,7 +125,7 @@ fn gpu_an_image_follows_sizes_settings_and_scenes(gpu: &Gpu) {
     assert!(viewport.has_more(&moved));
     draw(&mut viewport, &moved, 1);
     assert!(viewport.averaged() == 1 && viewport.pixels().unwrap() != first);
-    viewport.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
+    viewport.set(&settings.clone().with_debug_view(Some(DebugView::Normal))).unwrap();
     draw(&mut viewport, &camera, 1);
     assert!(viewport.change.is_some() && !viewport.has_more(&camera), "debug views are not averaged");
     viewport.set(&settings).unwrap();
@@ -144,7 +144,7 @@ fn gpu_an_image_follows_sizes_settings_and_scenes(gpu: &Gpu) {
 /// The surface at each pixel lies in a visible cluster, and the bird's-eye view shows all visible clusters.
 #[gpu_test]
 fn gpu_visible_clusters_contain_the_visible_surfaces(gpu: &Gpu) {
-    let mut viewport = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+    let mut viewport = cornell(gpu, &Settings::direct_light().with_shadows(Shadows::BVH));
     let camera = viewport.scene.default_camera(1.5);
     assert!(!viewport.shows(&camera));
     draw(&mut viewport, &camera, 1);
@@ -170,10 +170,10 @@ fn gpu_visible_clusters_contain_the_visible_surfaces(gpu: &Gpu) {
 /// Stereo images of one frame equal those of each eye alone, with shared and with separate light lists.
 #[gpu_test]
 fn gpu_stereo_images_equal_single_eye_images(gpu: &Gpu) {
-    let base = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
+    let base = Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(1.0));
     for grouping in [Grouping::Individual, Grouping::Enclosed] {
         let culling = Culling::from(Clustered { grouping, ..Clustered::default() });
-        let mut viewport = cornell(gpu, &Settings { culling, ..base.clone() });
+        let mut viewport = cornell(gpu, &base.clone().with_culling(culling));
         let camera = viewport.scene.default_camera(1.5);
         draw(&mut viewport, &camera, 2);
         let one = viewport.pixels().unwrap();
@@ -200,7 +200,7 @@ fn gpu_stereo_images_equal_single_eye_images(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_tiles_list_the_lights_of_their_pixels(gpu: &Gpu) {
     let culling = Culling::from(Tiled::default());
-    let mut viewport = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
+    let mut viewport = cornell(gpu, &Settings::direct_light().with_culling(culling).with_shadows(Shadows::BVH));
     let (camera, middle) = (viewport.scene.default_camera(1.5), viewport.scene.bounds().center());
     assert!(viewport.tiles().unwrap().is_empty(), "before the first frame");
     let near = |x: f32| Light { range: Some(0.4), ..Light::point(middle + Vec3::new(x, -0.6, 0.0), Vec3::ONE) };

@@ -13,7 +13,7 @@ const SIZE: (u32, u32) = (64, 48);
 const SETTLED: u32 = 24;
 
 fn settings(antialiasing: Antialiasing) -> Settings {
-    Settings { antialiasing, shadows: Shadows::None, ..Settings::direct_light() }
+    Settings::direct_light().with_antialiasing(antialiasing).with_shadows(Shadows::None)
 }
 
 /// A dark wall with a bright, tilted board before it, both of them emissive: frames have no noise.
@@ -54,7 +54,7 @@ fn error(image: &[f32], reference: &[f32]) -> f32 {
 
 /// Two hundred and fifty-six points of each pixel.
 fn reference(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<f32> {
-    let settings = Settings { accumulate: 256, ..settings(Antialiasing::None) };
+    let settings = settings(Antialiasing::None).with_accumulate(256);
     last(gpu, settings, 1, |_| (scene.clone(), camera.clone()))
 }
 
@@ -75,7 +75,7 @@ fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples(gpu: &Gpu) {
     let reference = reference(gpu, &scene, &camera);
     let of = |settings, count| error(&last(gpu, settings, count, |_| (scene.clone(), camera.clone())), &reference);
     let plain = of(settings(Antialiasing::None), 1);
-    let multisampled = of(Settings { samples: Samples::Four, ..settings(Antialiasing::None) }, 1);
+    let multisampled = of(settings(Antialiasing::None).with_samples(Samples::Four), 1);
     let temporal = of(settings(Antialiasing::Temporal), SETTLED);
     println!("error without {plain:.4}, with four samples {multisampled:.4}, temporal {temporal:.4}");
     assert!(temporal < multisampled && multisampled < plain, "{temporal} {multisampled} {plain}");
@@ -167,7 +167,7 @@ fn gpu_coverage_does_not_trail(gpu: &Gpu) {
 fn gpu_recorded_frames_are_antialiased_while_they_move(gpu: &Gpu) {
     let scene = board();
     let record = |antialiasing, moves: bool| {
-        let settings = Settings { accumulate: 2, ..settings(antialiasing) };
+        let settings = settings(antialiasing).with_accumulate(2);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let mut image = Vec::new();

@@ -110,7 +110,7 @@ fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError>
 
 /// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
-    let of = |view: DebugView, feature: Feature| (settings.debug_view == Some(view)).then_some(feature);
+    let of = |view: DebugView, feature: Feature| (settings.image.debug_view == Some(view)).then_some(feature);
     let techniques =
         [LightCulling::feature(&settings.culling)].into_iter().chain(occlusion::feature(&settings.occlusion));
     techniques
@@ -123,7 +123,7 @@ pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
 impl DebugViews {
     /// Compiles the pass if the settings select a debug view.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
-        let Some(view) = settings.debug_view else { return Ok(None) };
+        let Some(view) = settings.image.debug_view else { return Ok(None) };
         let Some(quantity) = quantity(view) else { return Ok(None) };
         check_clusters(view, &settings.culling)?;
         if view == DebugView::Occlusion && settings.occlusion == Occlusion::NONE {

@@ -62,7 +62,7 @@ fn gpu_colours_are_those_of_the_scale(gpu: &Gpu) {
     let mut seen = std::collections::BTreeSet::new();
     let mut check = |view: DebugView, scene: &Scene, camera: &Camera, value: f32| {
         let scale = Scale::of(view).expect("a scale");
-        let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::default() };
+        let settings = Settings::default().with_debug_view(Some(view)).with_shadows(Shadows::BVH);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
         let rendering = renderer.render(&uploaded, camera, [16, 12]).unwrap();
@@ -133,8 +133,10 @@ impl<'g> Harness<'g> {
     fn new(gpu: &'g Gpu, shape: ClusterShape) -> Self {
         let culling = Culling::from(Clustered { shape, ..Clustered::default() });
         let debug_view = Some(DebugView::ClusterFragments);
-        let settings =
-            Settings { culling: culling.clone(), debug_view, shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings::direct_light()
+            .with_culling(culling.clone())
+            .with_debug_view(debug_view)
+            .with_shadows(Shadows::None);
         Self {
             gpu,
             renderer: Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap(),

@@ -90,11 +90,11 @@ mod tests {
     use lanternfish_scene::generate::light_rain;
 
     use super::*;
-    use crate::{direct_light::Direct, lights::LightSettings};
+    use crate::{direct_light::Direct, lights::LightStorage};
 
     fn counted(count: u32, radius: Option<f32>) -> f32 {
         let bounds = Bounds { min: Vec3::ZERO, max: Vec3::new(20.0, 10.0, 30.0) };
-        let settings: LightSettings = Settings::direct_light().lights();
+        let settings: LightStorage = Settings::direct_light().light_storage();
         let rain = light_rain(&bounds, count, radius, 0, 0.0);
         let lights: Vec<Light> = rain.iter().map(|light| Light::new(light, &settings)).collect();
         in_reach(&bounds, &lights)

@@ -68,7 +68,7 @@ use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
     lights::{
-        Light, LightSet, LightSettings,
+        Light, LightSet, LightStorage,
         tree::{EmissiveTriangle, SceneLightTrees},
     },
     shaders::Shaders,
@@ -351,7 +351,7 @@ fn validate(scene: &Scene) -> Result<(), RenderError> {
 }
 
 /// Lights in the layout that shaders read. An error if there are more than the device can bind.
-fn packed_lights(scene: &Scene, settings: &LightSettings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
+fn packed_lights(scene: &Scene, settings: &LightStorage, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
     if needed > limit {
@@ -366,7 +366,7 @@ fn light_set(
     device: &wgpu::Device,
     scene: &Scene,
     lights: Vec<Light>,
-    settings: &LightSettings,
+    settings: &LightStorage,
 ) -> Result<LightSet, RenderError> {
     let buffer = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
     Ok(LightSet::new(device, buffer, lights, light_bounds(scene), settings))

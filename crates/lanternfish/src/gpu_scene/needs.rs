@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lanternfish_gpu::is_same_device;
 
-use crate::{error::RenderError, lights::LightSettings};
+use crate::{error::RenderError, lights::LightStorage};
 
 use super::{GpuScene, Parts, Shading};
 
@@ -23,14 +23,14 @@ pub(crate) struct SceneRequirements {
     /// Greatest number of anisotropic samples.
     pub anisotropy: u16,
     /// The settings with which lights were packed.
-    pub lights: LightSettings,
+    pub lights: LightStorage,
     /// The parts that techniques read.
     pub parts: Parts,
 }
 
 impl SceneRequirements {
     /// The requirements of a new renderer whose techniques read `parts`.
-    pub fn new(shading: Shading, lights: LightSettings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
+    pub fn new(shading: Shading, lights: LightStorage, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
         Self { renderer: RENDERERS.fetch_add(1, Ordering::Relaxed), shading, texture_arrays, anisotropy, lights, parts }
     }

@@ -134,8 +134,7 @@ fn gpu_odd_scenes_that_are_valid_render(gpu: &Gpu) {
 /// Materials without textures differ in numbers alone. A software adapter ended the process at 65,530 materials.
 #[gpu_test]
 fn gpu_materials_with_equal_textures_share_a_bind_group(gpu: &Gpu) {
-    let settings =
-        Settings { shadows: Shadows::None, textures: TextureBinding::PerMaterial, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::None).with_textures(TextureBinding::PerMaterial);
     let engine = testing::engine(gpu);
     // The last of coincident surfaces is visible.
     let image = |materials: Vec<Material>| {
@@ -200,7 +199,7 @@ fn lights_that_do_not_fit_are_refused_by_name() {
         wgpu::Limits { max_storage_buffer_binding_size: 2 * size_of::<PackedLight>() as u64, ..Default::default() };
     let packed = |count| {
         let lights = vec![Light::point(Vec3::ZERO, Vec3::ONE); count];
-        packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default().lights(), &limits)
+        packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default().light_storage(), &limits)
     };
     assert_eq!(packed(2).unwrap().len(), 2);
     let error = packed(3).unwrap_err().to_string();

@@ -120,13 +120,8 @@ fn gpu_one_bounce_matches_path_tracer(gpu: &Gpu) {
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced_of(LARGE, &scene, &camera, 2, 192), traced_of(LARGE, &scene, &camera, 3, 192));
     // Only the bounce is compared: edges have one sample per pixel in one image and many in the other.
-    let alone = image_of(
-        gpu,
-        LARGE,
-        Settings { indirect: Indirect::NONE, ..settings(Sampled::default().one_bounce()) },
-        &scene,
-        &camera,
-    );
+    let alone =
+        image_of(gpu, LARGE, settings(Sampled::default().one_bounce()).with_indirect(Indirect::NONE), &scene, &camera);
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let ground_truth = bounce(&one_bounce, &direct);
     assert!(mean(&ground_truth) > 0.1 * mean(&direct), "there is little indirect light");
@@ -138,7 +133,7 @@ fn gpu_one_bounce_matches_path_tracer(gpu: &Gpu) {
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of = |indirect| {
-        image_of(gpu, LARGE, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera)
+        image_of(gpu, LARGE, settings(Sampled::default().one_bounce()).with_indirect(indirect), &white, &camera)
     };
     let actual = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
     assert!(off(&actual, &ground_truth) > 0.5, "{}", off(&actual, &ground_truth));
@@ -228,7 +223,7 @@ fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
     }
     scene.lights.push(Light::directional(Vec3::new(0.0, -1.0, 0.1), Vec3::splat(0.5)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(Tracer::BVH)) };
+    let rays = settings(sampled(Tracer::BVH)).with_attenuation(Attenuation::Gltf);
     let ground_truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
     let traced = |max_depth, samples| {
         let settings = TracerSettings { max_depth, ..ground_truth_settings.clone() };
@@ -237,7 +232,7 @@ fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };
     let ground_truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
-    let alone = rendering(gpu, Settings { indirect: Indirect::NONE, ..rays.clone() }, &scene, &camera);
+    let alone = rendering(gpu, rays.clone().with_indirect(Indirect::NONE), &scene, &camera);
     let bounce = |settings: Settings| {
         let whole = rendering(gpu, settings, &scene, &camera);
         whole.iter().zip(&alone).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>()
@@ -247,10 +242,7 @@ fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
     println!("energy {energy:.4}");
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
     // Limit for the noise of few rays: a quarter above the measured value.
-    let few = bounce(Settings {
-        indirect: Indirect::from(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) }),
-        ..rays
-    });
+    let few = bounce(rays.with_indirect(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) }));
     println!("4 rays off by {:.4}", off(&few, &actual));
     assert!(off(&few, &actual) < 0.65, "{}", off(&few, &actual));
 }
@@ -266,13 +258,13 @@ fn gpu_samples_have_the_light_of_their_surfaces(gpu: &Gpu) {
     let camera = looking([0.3, 6.0, 0.2], [0.0, 0.0, 0.0]);
     let of = |samples| {
         let settings = settings(Sampled { diffuse_rays: 256, ..sampled(Tracer::BVH) });
-        rendering(gpu, Settings { samples, ..settings }, &scene, &camera)
+        rendering(gpu, settings.with_samples(samples), &scene, &camera)
     };
     let [one, four] = [Samples::One, Samples::Four].map(of);
     // Fraction of each pixel that the floor covers.
     let mut shining = scene.clone();
     shining.materials[0] = Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) };
-    let direct = Settings { samples: Samples::Four, ..Settings::direct_light() };
+    let direct = Settings::direct_light().with_samples(Samples::Four);
     let fraction = rendering(gpu, direct, &shining, &camera);
     let differing = one.iter().zip(&four).filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3).count();
     let edges = SIZE.y as usize;
@@ -299,5 +291,5 @@ fn gpu_invalid_combinations_are_refused(gpu: &Gpu) {
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
     // Indirect light works without shadow rays.
-    Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();
+    Renderer::with_engine(&testing::engine(gpu), default.with_shadows(Shadows::None)).unwrap();
 }

@@ -61,7 +61,7 @@ gpu_struct! {
 
 /// The settings with which lights are packed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSettings {
+pub struct LightStorage {
     /// Attenuation function and its parameters.
     pub falloff: Falloff,
     /// Intensity at which a light without a stated range ends, cd/m²; > 0.
@@ -74,7 +74,7 @@ pub struct LightSettings {
 
 impl Light {
     /// Packs a scene's light with these settings.
-    pub fn new(light: &lanternfish_scene::Light, settings: &LightSettings) -> Self {
+    pub fn new(light: &lanternfish_scene::Light, settings: &LightStorage) -> Self {
         let cone = |inner: f32, outer: f32| {
             let span = 1.0 / (inner.cos() - outer.cos()).max(1e-4);
             [outer.cos(), span, outer.min(1.57).tan()]

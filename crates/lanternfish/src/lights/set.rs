@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Bounds;
 
-use super::{Light, LightSettings};
+use super::{Light, LightStorage};
 
 gpu_struct! {
     /// The number of lights of a set, and how they fall off.
@@ -25,7 +25,7 @@ gpu_struct! {
 
 impl LightCount {
     /// The first `count` lights of a buffer that were packed with these settings.
-    pub fn new(count: u32, settings: &LightSettings) -> Self {
+    pub fn new(count: u32, settings: &LightStorage) -> Self {
         let [constant, linear, quadratic] = settings.falloff.coefficients.0;
         Self { count, near_radius: settings.falloff.near_radius, constant, linear, quadratic }
     }
@@ -59,7 +59,7 @@ impl LightSet {
         buffer: wgpu::Buffer,
         lights: Vec<Light>,
         bounds: Bounds,
-        settings: &LightSettings,
+        settings: &LightStorage,
     ) -> Self {
         let count = lights.len() as u32;
         Self {

@@ -93,11 +93,9 @@ fn gpu_attenuation_is_the_theses(gpu: &Gpu) {
 
 /// A near radius and coefficients that are not the default ones.
 fn with_parameters() -> Settings {
-    Settings {
-        attenuation_near_radius: 1.5,
-        attenuation_coefficients: Coefficients([0.5, 0.25, 2.0]),
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_attenuation_near_radius(1.5)
+        .with_attenuation_coefficients(Coefficients([0.5, 0.25, 2.0]))
 }
 
 /// Lights of all kinds against the path tracer (`lanternfish_reference::incidence`), at positions in and out of reach.
@@ -121,15 +119,15 @@ fn gpu_incidence_is_the_path_tracers(gpu: &Gpu) {
         };
         let light = Light { range, ..light };
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
-        let settings = Settings { attenuation, range_threshold: 0.1, ..with_parameters() };
+        let settings = with_parameters().with_attenuation(attenuation).with_range_threshold(0.1);
         let position = 5.0 * random.point();
-        packed.push(super::Light::new(&light, &settings.lights()));
+        packed.push(super::Light::new(&light, &settings.light_storage()));
         queries.push(position.extend(f32::INFINITY));
-        expected.push(lanternfish_reference::incidence(&light, position.into(), settings.falloff(), 0.1));
+        expected.push(lanternfish_reference::incidence(&light, position.into(), settings.lights.falloff(), 0.1));
         lights.push(light);
     }
     let packed = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
-    let count = uniform_buffer_of(&gpu.device, "count", &LightCount::new(4096, &with_parameters().lights()));
+    let count = uniform_buffer_of(&gpu.device, "count", &LightCount::new(4096, &with_parameters().light_storage()));
     let lights_on_device = Bindings::new().buffer("lights", &packed).buffer("light_count", &count);
     let mut lit = 0;
     let actual = evaluate_points(gpu, "incidences", &lights_on_device, &queries, 1);
@@ -157,14 +155,12 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say(gpu: &Gpu) {
     scene.lights = vec![Light { range: Some(range), ..Light::point(Vec3::new(0.0, 0.0, d), Vec3::splat(intensity)) }];
     let mut actual = Vec::new();
     for attenuation in Attenuation::ALL.iter().copied() {
-        let settings = Settings {
-            attenuation,
-            attenuation_coefficients: Coefficients([1.0, 0.5, 1.0]),
-            materials: Materials::Lambert,
-            shadows: Shadows::None,
-            ..Settings::direct_light()
-        };
-        let falloff = settings.falloff();
+        let settings = Settings::direct_light()
+            .with_attenuation(attenuation)
+            .with_attenuation_coefficients(Coefficients([1.0, 0.5, 1.0]))
+            .with_materials(Materials::Lambert)
+            .with_shadows(Shadows::None);
+        let falloff = settings.lights.falloff();
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The centre of an image with odd dimensions shows the quad's centre, directly below the light.
@@ -201,7 +197,7 @@ fn kinds_are_the_shaders() {
         (rectangle, "RECTANGLE"),
     ] {
         let light = Light { kind, ..point.clone() };
-        let number = f64::from(super::Light::new(&light, &Settings::direct_light().lights()).kind);
+        let number = f64::from(super::Light::new(&light, &Settings::direct_light().light_storage()).kind);
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
     }
     assert_eq!(

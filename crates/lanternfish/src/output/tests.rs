@@ -140,7 +140,7 @@ fn gpu_the_meter_is_its_cpu_reference(gpu: &Gpu) {
 fn gpu_views_share_an_exposure_and_means_continue_at_another(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let new = |exposure| {
-        Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() }).unwrap()
+        Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_exposure(exposure)).unwrap()
     };
     let mut auto = new(Exposure::Auto);
     let uploaded = auto.upload(&scene).unwrap();
@@ -177,13 +177,12 @@ fn gpu_views_share_an_exposure_and_means_continue_at_another(gpu: &Gpu) {
 
 #[gpu_test]
 fn gpu_a_non_finite_exposure_is_rejected(gpu: &Gpu) {
-    let new =
-        |exposure| Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() });
+    let new = |exposure| Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_exposure(exposure));
     let mut renderer = new(Exposure::Ev(1.0)).unwrap();
     for (ev, got) in [(f32::NAN, "NaN"), (f32::INFINITY, "inf"), (f32::NEG_INFINITY, "-inf")] {
         let message = format!("`exposure` {got}: expected a finite number of stops, or auto");
         assert_eq!(new(Exposure::Ev(ev)).unwrap_err().to_string(), message);
         assert_eq!(renderer.set_exposure(Exposure::Ev(ev)).unwrap_err().to_string(), message);
-        assert_eq!(renderer.settings().exposure, Exposure::Ev(1.0));
+        assert_eq!(renderer.settings().image.exposure, Exposure::Ev(1.0));
     }
 }

@@ -65,7 +65,7 @@ struct Harness<'g> {
 
 impl<'g> Harness<'g> {
     fn new(gpu: &'g Gpu) -> Self {
-        let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::None);
         Self {
             gpu,
             renderer: Renderer::with_engine(&testing::engine(gpu), settings).unwrap(),

@@ -28,7 +28,7 @@ fn renderer(gpu: &Gpu, accumulate: u32) -> Renderer {
 }
 
 fn renderer_of(gpu: &Gpu, settings: &Settings, accumulate: u32) -> Renderer {
-    Renderer::with_engine(&testing::engine(gpu), Settings { accumulate, ..settings.clone() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), settings.clone().with_accumulate(accumulate)).unwrap()
 }
 
 fn view(camera: &Camera) -> [(&Camera, [u32; 2]); 1] {
@@ -206,7 +206,7 @@ fn gpu_edges_converge_to_the_coverage_of_the_pixel(gpu: &Gpu) {
     const FINE: u32 = 32;
     let (scene, camera) = square();
     let rendering = |accumulate, samples, scale: u32| {
-        let settings = Settings { accumulate, samples, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_accumulate(accumulate).with_samples(samples);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, [scale * EDGE, scale * EDGE]).unwrap()
@@ -320,7 +320,7 @@ fn gpu_views_and_samples_are_averaged_separately(gpu: &Gpu) {
     let scene = cornell();
     let eyes = StereoRig::parallel(&scene.cameras[0], 1.0, 0.1).unwrap().cameras(&scene.cameras[0], 0.05);
     for samples in [Samples::One, Samples::Four] {
-        let settings = Settings { accumulate: 3, samples, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_accumulate(3).with_samples(samples);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let views = [(&eyes[0], SIZE.into()), (&eyes[1], [SIZE.1, SIZE.0])];
@@ -345,13 +345,13 @@ fn gpu_views_and_samples_are_averaged_separately(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_settings_without_a_mean_are_rejected(gpu: &Gpu) {
     let refused = |accumulate, debug_view| {
-        let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_accumulate(accumulate).with_debug_view(debug_view);
         Renderer::with_engine(&testing::engine(gpu), settings).map(|_| ()).map_err(|error| error.to_string())
     };
     assert_eq!(refused(0, None).unwrap_err(), "`accumulate 0`: an image is the mean of 1 frame or more");
     assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "`debug-view` needs `accumulate 1`");
     assert_eq!((refused(1, Some(DebugView::Depth)), refused(2, Some(DebugView::BaseColor))), (Ok(()), Ok(())));
-    let settings = Settings { debug_view: Some(DebugView::Depth), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Depth));
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let scene = cornell();
     let uploaded = renderer.upload(&scene).unwrap();

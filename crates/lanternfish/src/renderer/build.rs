@@ -69,28 +69,28 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
 }
 
 fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, RenderError> {
-    if settings.debug_view == Some(DebugView::BaseColor) {
+    if settings.image.debug_view == Some(DebugView::BaseColor) {
         // A base colour is displayed as stored and needs no light.
-        (settings.exposure, settings.tone_map, settings.shadows) =
+        (settings.image.exposure, settings.image.tone_map, settings.shadows.technique) =
             (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
         settings.occlusion = Occlusion::NONE;
     }
-    if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
+    if let Some(view) = settings.image.debug_view.filter(|view| *view != DebugView::Nan) {
         // Views of G-buffer data show the surface at each pixel's centre. They need no light unless the view shows light.
-        settings.samples = Samples::One;
+        settings.image.samples = Samples::One;
         settings.direct = Direct::NONE;
-        settings.antialiasing = Antialiasing::None;
+        settings.image.antialiasing = Antialiasing::None;
         if view != DebugView::Indirect {
             settings.indirect = Indirect::NONE;
         }
     }
     let automatic = Tracer::automatic(device.adapter_info().device_type, device.features());
-    let tracer = tracer(device, settings.shadows, automatic)?;
+    let tracer = tracer(device, settings.shadows.technique, automatic)?;
     settings.indirect.resolve_tracer(automatic);
     check_samples(device, &settings)?;
     super::frames::check(&settings)?;
     shadows::check(&settings)?;
-    let texture_arrays = texture_arrays(device, settings.textures)?;
+    let texture_arrays = texture_arrays(device, settings.materials.textures)?;
     let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
     let ambient_visibility_passes = occlusion::passes(device, &settings)?;
     let ambient_visibility = if ambient_visibility_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
@@ -102,18 +102,18 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
     let needs_normals =
-        tracer.is_some() || settings.direct.is_some() || settings.debug_view.is_some() || finds_arriving;
-    let is_temporal = settings.antialiasing == Antialiasing::Temporal;
-    let needs_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history() || is_temporal;
+        tracer.is_some() || settings.direct.is_some() || settings.image.debug_view.is_some() || finds_arriving;
+    let is_temporal = settings.image.antialiasing == Antialiasing::Temporal;
+    let needs_motion = settings.image.debug_view == Some(DebugView::Motion) || settings.keeps_history() || is_temporal;
     // Per-pixel estimates use the surface at the pixel's centre.
-    let one_sample = needs_normals && settings.samples != Samples::One;
+    let one_sample = needs_normals && settings.image.samples != Samples::One;
     let direct = settings.direct.technique();
     let parts = direct.map_or(parts, |technique| parts | technique.parts(&settings));
     let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
     let passes = Passes {
         direct,
         prepass: match needs_motion && !one_sample {
-            false => Prepass::new(needs_normals, settings.samples.count()),
+            false => Prepass::new(needs_normals, settings.image.samples.count()),
             true => Prepass::of_moving(),
         },
         shown: needs_motion.then(|| ShownViews::new(settings.keeps_history())),
@@ -121,7 +121,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             false => Prepass::new(true, 1),
             true => Prepass::of_moving(),
         }),
-        light_culling: LightCulling::new(device, &settings.culling, settings.samples)?,
+        light_culling: LightCulling::new(device, &settings.culling, settings.image.samples)?,
         occlusion: ambient_visibility_passes,
         shadows: shadow_passes,
         structure: structure.transpose()?,
@@ -135,14 +135,14 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         sky: Sky::new(),
         progressive: Progressive::new(device)?,
         antialiasing: is_temporal.then(|| TemporalAntialiasing::new(device)).transpose()?,
-        output: Output::new(device, settings.tone_map, settings.exposure)?,
+        output: Output::new(device, settings.image.tone_map, settings.image.exposure)?,
         debug_views: DebugViews::new(device, &settings)?,
         present: Present::default(),
     };
-    let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-    let needs = SceneRequirements::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
+    let anisotropy = anisotropy(settings.materials.anisotropy, &device.adapter_info());
+    let needs = SceneRequirements::new(shading(&settings), settings.light_storage(), parts, texture_arrays, anisotropy);
     let lit = [false, true].map(|is_sampled| shading::features(&settings, tracer, is_sampled));
-    let drawn = (needs_normals, needs_motion, one_sample, settings.samples, lit);
+    let drawn = (needs_normals, needs_motion, one_sample, settings.image.samples, lit);
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }
@@ -159,7 +159,7 @@ fn structure(tracers: &[Tracer], chosen: &Structure) -> Result<Structure, Render
 
 /// The parts of a material that the passes read.
 fn shading(settings: &Settings) -> Shading {
-    match (settings.debug_view, settings.materials) {
+    match (settings.image.debug_view, settings.materials.model) {
         (Some(DebugView::BaseColor), _) => Shading::BaseColor,
         (_, Materials::Lambert) => Shading::Lambert,
         (_, Materials::File) => Shading::File,
@@ -176,7 +176,7 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting, automatic: Tracer) -> R
 
 /// Checks that the device can draw with this number of samples.
 fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
-    let count = settings.samples.count();
+    let count = settings.image.samples.count();
     if count == 1 {
         return Ok(());
     }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     error::RenderError,
     output::Output,
-    settings::{Exposure, Settings},
+    settings::{Exposure, ImageSettings, Settings},
 };
 
 /// The cost of a change of settings.
@@ -40,12 +40,12 @@ impl Renderer {
             None => Change::Uniform,
         };
         let shown_alike = |settings: &Settings| {
-            let Settings { exposure, tone_map, accumulate, .. } = effective;
-            Settings { exposure, tone_map, accumulate, ..settings.clone() }
+            let ImageSettings { exposure, tone_map, accumulate, .. } = effective.image;
+            settings.clone().with_exposure(exposure).with_tone_map(tone_map).with_accumulate(accumulate)
         };
         if shown_alike(&self.effective) == effective {
             let device = &self.engine.device;
-            let output = || Output::new(device, effective.tone_map, effective.exposure);
+            let output = || Output::new(device, effective.image.tone_map, effective.image.exposure);
             self.passes.output = self.engine.within(output)?;
         } else {
             self.passes = passes;
@@ -61,5 +61,5 @@ impl Renderer {
 
 /// True if frames find their own exposure, which is compiled with the first of them.
 fn meters(settings: &Settings) -> bool {
-    settings.exposure == Exposure::Auto && settings.debug_view.is_none()
+    settings.image.exposure == Exposure::Auto && settings.image.debug_view.is_none()
 }

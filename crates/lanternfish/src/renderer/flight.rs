@@ -161,7 +161,7 @@ impl Renderer {
     /// Images may be rendered between frames ([`Self::render`]). They wait for the device, and the two kinds of frames share no state: deep
     /// images are rebuilt and means restart.
     ///
-    /// If [`crate::Settings::accumulate`] is above 1, each frame is added to the mean of the frames before it, as long as views and scene
+    /// If [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is above 1, each frame is added to the mean of the frames before it, as long as views and scene
     /// do not change. With temporal antialiasing, the first frame after a change belongs to no mean.
     pub fn record(
         &mut self,
@@ -199,7 +199,7 @@ impl Renderer {
                 let now = Some((scene.revision(), requested.clone()));
                 std::mem::replace(&mut this.flight.shown, now.clone()) == now
             };
-            let is_averaged = this.effective.accumulate > 1 && rests;
+            let is_averaged = this.effective.image.accumulate > 1 && rests;
             let index = if is_averaged { this.passes.progressive.begin(scene, &requested) } else { 0 };
             let moved: Vec<View> = requested.iter().map(|view| view.of_frame(index)).collect();
             let context = FrameContext { scene, views: &moved, is_averaged, requests: views };
@@ -315,9 +315,9 @@ fn check_demodulated(settings: &Settings) -> Result<(), RenderError> {
     let needed =
         "another target (`Target::Demodulated` supports one sample per pixel, `accumulate 1` and no debug view)";
     let faults = [
-        (settings.samples != Samples::One, "`samples`"),
-        (settings.accumulate > 1, "`accumulate`"),
-        (settings.debug_view.is_some(), "`debug-view`"),
+        (settings.image.samples != Samples::One, "`samples`"),
+        (settings.image.accumulate > 1, "`accumulate`"),
+        (settings.image.debug_view.is_some(), "`debug-view`"),
     ];
     let fault = faults.iter().find(|(is_fault, _)| *is_fault);
     fault.map_or(Ok(()), |(_, setting)| Err(RenderError::Together { setting, needed }))

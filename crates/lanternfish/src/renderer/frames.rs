@@ -17,10 +17,12 @@ const NO_MEAN_OF_DEBUG_VIEWS: RenderError = RenderError::Together { setting: "`d
 
 /// Returns an error if frames of these settings have no mean.
 pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {
-    match settings.accumulate {
+    match settings.image.accumulate {
         0 => Err(RenderError::NoFrames),
         // A base colour can be averaged like radiance; other quantities cannot.
-        2.. if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) => Err(NO_MEAN_OF_DEBUG_VIEWS),
+        2.. if settings.image.debug_view.is_some_and(|view| view != DebugView::BaseColor) => {
+            Err(NO_MEAN_OF_DEBUG_VIEWS)
+        }
         _ => Ok(()),
     }
 }
@@ -35,13 +37,13 @@ impl Renderer {
     ) -> Result<Vec<RenderedImage>, RenderError> {
         let views = self.views(scene, views)?;
         self.image_frames(|this| {
-            if this.effective.accumulate == 1 {
+            if this.effective.image.accumulate == 1 {
                 let results = this.frame(&FrameContext { scene, views: &views, is_averaged: false, requests: &[] })?;
                 return this.renderings(scene, &views, &results);
             }
             this.passes.progressive.reset();
             let (mut results, mut cost) = (Vec::new(), Report::default());
-            for count in 1..=this.effective.accumulate {
+            for count in 1..=this.effective.image.accumulate {
                 results = this.next_frame(scene, &views)?;
                 cost.add(this.finished()?);
                 tell(count);
@@ -58,7 +60,7 @@ impl Renderer {
     /// the first report is the number of frames in the mean.
     ///
     /// The mean stays on the device while cameras, sizes and scene equal those of the previous call; otherwise this frame starts a new
-    /// mean. [`Self::update`] counts as a new scene for any change. [`Settings::accumulate`] is ignored; if it is above 1, the mean
+    /// mean. [`Self::update`] counts as a new scene for any change. [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is ignored; if it is above 1, the mean
     /// continues from frames of [`Self::render`].
     pub fn refine(
         &mut self,

@@ -20,7 +20,7 @@ use crate::{
 fn gpu_a_frame_has_few_compute_passes(gpu: &Gpu) {
     let test = "gpu_a_frame_has_few_compute_passes";
     let scene = demo("cornell").unwrap();
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::default() };
+    let settings = Settings::default().with_shadows(Shadows::BVH);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut passes_of_frame = || {
@@ -46,7 +46,7 @@ fn gpu_a_frame_has_few_compute_passes(gpu: &Gpu) {
 fn gpu_watched_passes_are_told_in_order_and_change_nothing(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let image = |watcher: Option<PassWatcher>| {
-        let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::BVH);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.watch_passes(watcher);
@@ -79,10 +79,10 @@ fn gpu_watched_passes_are_told_in_order_and_change_nothing(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
     for view in [DebugView::BaseColor, DebugView::Normal] {
-        let given = Settings { debug_view: Some(view), ..Settings::default() };
+        let given = Settings::default().with_debug_view(Some(view));
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), given.clone()).unwrap();
         assert_eq!(*renderer.settings(), given);
         renderer.set_exposure(Exposure::Ev(-1.0)).unwrap();
-        assert_eq!(*renderer.settings(), Settings { exposure: Exposure::Ev(-1.0), ..given });
+        assert_eq!(*renderer.settings(), given.with_exposure(Exposure::Ev(-1.0)));
     }
 }

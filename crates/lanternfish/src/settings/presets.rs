@@ -43,13 +43,13 @@ impl Settings {
     /// The settings of a preset. `Settings::default()` is [`Preset::Good`].
     pub fn of_preset(preset: Preset) -> Self {
         let quality = preset.quality();
-        let still = Self { indirect: Indirect::preset(quality), samples: quality.samples(), ..Self::direct_light() };
-        match preset {
-            Preset::Draft | Preset::Good | Preset::Best => still,
-            Preset::Realtime => {
-                Self { direct: Direct::sampled(), history: History::On, antialiasing: Antialiasing::Temporal, ..still }
-            }
+        let mut settings = Self { indirect: Indirect::preset(quality), ..Self::direct_light() };
+        settings.image.samples = quality.samples();
+        if preset == Preset::Realtime {
+            (settings.direct, settings.history) = (Direct::sampled(), History::On);
+            settings.image.antialiasing = Antialiasing::Temporal;
         }
+        settings
     }
 }
 
@@ -59,10 +59,10 @@ impl Settings {
 fn presets_are_complete() {
     let realtime = Settings::of_preset(Preset::Realtime);
     assert!(realtime.direct.is_some() && realtime.indirect.is_some());
-    assert_eq!((realtime.history, realtime.antialiasing), (History::On, Antialiasing::Temporal));
+    assert_eq!((realtime.history, realtime.image.antialiasing), (History::On, Antialiasing::Temporal));
     for preset in [Preset::Draft, Preset::Good, Preset::Best] {
         let settings = Settings::of_preset(preset);
-        let Settings { indirect, samples, .. } = settings.clone();
-        assert_eq!(settings, Settings { indirect, samples, ..Settings::direct_light() });
+        let (indirect, samples) = (settings.indirect.clone(), settings.image.samples);
+        assert_eq!(settings, Settings::direct_light().with_indirect(indirect).with_samples(samples));
     }
 }

@@ -39,7 +39,7 @@ pub(crate) struct Sums {
 
 /// Features of the shader, without that of a scene with area lights. It uses one sample per pixel and no history.
 pub(crate) fn demodulated_features(settings: &Settings, tracer: Option<Tracer>, is_sampled: bool) -> Vec<Feature> {
-    let settings = Settings { samples: Samples::One, history: History::Off, ..settings.clone() };
+    let settings = settings.clone().with_samples(Samples::One).with_history(History::Off);
     let [opaque, _] = features(&settings, tracer, is_sampled);
     opaque
 }

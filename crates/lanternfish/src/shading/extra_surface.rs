@@ -60,7 +60,7 @@ impl ExtraSurface {
     }
 
     fn new(kind: Kind, settings: &Settings, tracer: Option<Tracer>) -> Self {
-        let mut settings = Settings { history: History::Off, ..settings.clone() };
+        let mut settings = settings.clone().with_history(History::Off);
         if let Some(technique) = settings.indirect.technique_mut() {
             match kind {
                 Kind::NearestTransparent => technique.for_transparent(),

@@ -117,7 +117,7 @@ impl Forward {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let samples = settings.samples.count();
+        let samples = settings.image.samples.count();
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
@@ -298,7 +298,7 @@ impl Forward {
 /// Features of the shaders of the opaque and the transparent pass, without those of individual draws. `is_sampled`: a technique samples direct
 /// light; else it comes from the listed lights.
 pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: bool) -> [Vec<Feature>; 2] {
-    let samples = settings.samples.count();
+    let samples = settings.image.samples.count();
     let (mut opaque, mut transparent) = (Vec::new(), vec![TRANSPARENT]);
     // Rays of indirect light may reach the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());

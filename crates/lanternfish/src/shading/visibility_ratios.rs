@@ -54,11 +54,11 @@ pub(crate) fn visibility_ratio_features(settings: &Settings, has_areas: bool) ->
 impl VisibilityRatios {
     /// Compiles the pass, if these settings give shadows a history.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
-        if settings.history == History::Off || settings.shadows == Shadows::None {
+        if settings.history == History::Off || settings.shadows.technique == Shadows::None {
             return Ok(None);
         }
         // Most tracers show moved shadows at once; deep images may lag by some frames if they are rebuilt on request.
-        let lasts = match settings.shadows {
+        let lasts = match settings.shadows.technique {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
         };

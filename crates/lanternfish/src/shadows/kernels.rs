@@ -46,7 +46,7 @@ impl Kernels {
             (false, true) => 32 / SOFT_LIGHT_BITS,
             (false, false) => 32,
         };
-        let rays = if is_soft || has_areas { settings.shadow_rays } else { 1 };
+        let rays = if is_soft || has_areas { settings.shadows.rays } else { 1 };
         let rays_a_word = u64::from(rays * lights_a_word);
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),

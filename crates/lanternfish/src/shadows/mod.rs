@@ -204,7 +204,7 @@ impl Shadows {
             kernels: Kernels::new(device, settings, tracer, false)?,
             area_kernels: None,
             scan: Scan::new(device, "shadows")?,
-            edges: EdgePass::new(settings.samples),
+            edges: EdgePass::new(settings.image.samples),
             settings: settings.clone(),
             tracer,
             word_limit: u64::MAX,
@@ -355,7 +355,7 @@ impl Shadows {
 
 /// True if the debug view shows rays.
 fn counts_rays(settings: &Settings) -> bool {
-    matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
+    matches!(settings.image.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
 /// Features of the shaders of this folder.
@@ -376,7 +376,7 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
     trace.extend(has_history.then_some(SHADOW_HISTORY));
-    let trace_edges = (settings.samples != Samples::One).then(|| {
+    let trace_edges = (settings.image.samples != Samples::One).then(|| {
         let edges = [CULL_RANGE, CULL_TRIANGLE].into_iter().chain(tracer.exact().features(&settings.structure, false));
         trace.iter().copied().chain(edges).collect()
     });
@@ -391,8 +391,8 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
             return Err(RenderError::Together { setting: "`debug-view` of shadow rays", needed: "`shadows bvh`" });
         }
     }
-    trace.extend((settings.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
-    trace.extend(match settings.ray_culling {
+    trace.extend((settings.shadows.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
+    trace.extend(match settings.shadows.ray_culling {
         RayCulling::None => None,
         RayCulling::Naive => Some(CULL_NAIVE),
         RayCulling::Improved => Some(CULL_IMPROVED),
@@ -414,10 +414,10 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
 
 /// An error if the lights' radius is negative or not finite, or if a light has no ray or more rays than can be counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
-    if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
+    if !(settings.lights.radius >= 0.0 && settings.lights.radius.is_finite()) {
         return Err(RenderError::Together { setting: "`light-radius`", needed: "a number of metres, 0 or more" });
     }
-    if !(1..1 << SOFT_LIGHT_BITS).contains(&settings.shadow_rays) {
+    if !(1..1 << SOFT_LIGHT_BITS).contains(&settings.shadows.rays) {
         return Err(RenderError::Together {
             setting: "`shadow-rays`",
             needed: "1 to 255 rays; `accumulate` adds to them",

@@ -22,7 +22,7 @@ fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
     let rendering = |samples, limits: [u64; 2], seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
-        let settings = Settings { shadows: Shadows::BVH, samples, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_samples(samples);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let shadows = renderer.passes.shadows.as_mut().expect("shadows are on");
         [shadows.word_limit, shadows.dispatch_limit] = limits;

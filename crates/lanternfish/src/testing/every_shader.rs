@@ -43,19 +43,19 @@ pub fn with<T: Clone>(settings: &[Settings], values: &[T], set: impl Fn(&mut Set
 pub fn all_settings() -> Vec<Settings> {
     let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::all()).collect();
     let all = with(&[Settings::default()], &cullings, |s, v| s.culling = v);
-    let all = with(&all, RayCulling::ALL, |s, v| s.ray_culling = v);
-    let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
-    let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
+    let all = with(&all, RayCulling::ALL, |s, v| s.shadows.ray_culling = v);
+    let all = with(&all, &[0.0, 0.1], |s, v| s.lights.radius = v);
+    let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.image.samples = v);
     let all = with(&all, &[Indirect::NONE, Indirect::from(Sampled::default())], |s, v| s.indirect = v);
     let views = [None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)];
-    let all = with(&all, &views, |s, v| s.debug_view = v);
+    let all = with(&all, &views, |s, v| s.image.debug_view = v);
     // The choice of traced rays does not affect a history.
     let usual = Settings::default();
-    let is_usual = |s: &&Settings| s.ray_culling == usual.ray_culling;
-    let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
-    let any_range = all.iter().map(|s| Settings { ray_range_culling: RayRangeCulling::Off, ..s.clone() });
-    let any_range =
-        any_range.filter(|s| s.indirect == Indirect::NONE && s.samples == Samples::One && s.debug_view.is_none());
+    let is_usual = |s: &&Settings| s.shadows.ray_culling == usual.shadows.ray_culling;
+    let with_history = all.iter().filter(is_usual).map(|s| s.clone().with_history(History::On));
+    let any_range = all.iter().map(|s| s.clone().with_ray_range_culling(RayRangeCulling::Off));
+    let any_range = any_range
+        .filter(|s| s.indirect == Indirect::NONE && s.image.samples == Samples::One && s.image.debug_view.is_none());
     with_history.chain(any_range).chain(all.iter().cloned()).collect()
 }
 
@@ -97,7 +97,7 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
             }
             let Some(tracer) = tracer else { continue };
             for has_areas in [false, true] {
-                if settings.history == History::On && (has_areas || settings.light_radius > 0.0) {
+                if settings.history == History::On && (has_areas || settings.lights.radius > 0.0) {
                     let features = shading::visibility_ratio_features(settings, has_areas);
                     requested.entry("shading/visibility_ratios").or_default().insert(features);
                 }

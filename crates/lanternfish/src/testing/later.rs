@@ -165,5 +165,5 @@ pub fn check(outcome: &Outcome) {
 
 /// Direct light.
 pub fn settings(culling: Culling) -> Settings {
-    Settings { shadows: Shadows::BVH, culling, ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::BVH).with_culling(culling)
 }

@@ -11,7 +11,7 @@ use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::de
 use super::{quad, scene_of};
 use crate::{
     Renderer, Settings,
-    settings::{Attenuation, Indirect, Tracer},
+    settings::{Attenuation, Tracer},
     techniques::{IndirectClamp, Sampled},
 };
 
@@ -35,12 +35,7 @@ pub fn sampled(tracer: Tracer) -> Sampled {
 
 /// Settings with this indirect light and inverse-square falloff.
 pub fn settings(sampled: Sampled) -> Settings {
-    Settings {
-        indirect: Indirect::from(sampled),
-        attenuation: Attenuation::Physical,
-        range_threshold: 1e-6,
-        ..Settings::direct_light()
-    }
+    Settings::direct_light().with_indirect(sampled).with_attenuation(Attenuation::Physical).with_range_threshold(1e-6)
 }
 
 /// Radiance of an image, nits.

@@ -20,14 +20,14 @@ mod own_g_buffer;
 mod own_texture;
 
 fn bvh(settings: Settings) -> Settings {
-    Settings { shadows: Shadows::BVH, ..settings }
+    settings.with_shadows(Shadows::BVH)
 }
 
 #[gpu_test]
 fn gpu_a_texture_of_the_programs_shows_the_image_to_the_bit(gpu: &Gpu) {
     // The radiance cache would change the images of later frames.
     let indirect = Indirect::from(Sampled::default().one_bounce());
-    let settings = bvh(Settings { indirect, ..Settings::default() });
+    let settings = bvh(Settings::default().with_indirect(indirect));
     let actual = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let scene = lanternfish_scene::load("demo:cornell").unwrap();
     let [width, height] = own_texture::SIZE;
@@ -61,8 +61,8 @@ fn gpu_demodulated_light_equals_the_light_of_the_image(gpu: &Gpu) {
         pairs.count() as f64 / a.len() as f64
     };
     let (fraction, unshadowed) =
-        (apart(&actual, &expected.display), rendering(Settings { shadows: Shadows::None, ..settings.clone() }));
-    let without = rendering(Settings { indirect: Settings::direct_light().indirect, ..settings });
+        (apart(&actual, &expected.display), rendering(settings.clone().with_shadows(Shadows::None)));
+    let without = rendering(settings.with_indirect(Settings::direct_light().indirect));
     let others = [apart(&actual, &unshadowed.display), apart(&actual, &without.display)];
     println!(
         "{fraction} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}"

@@ -49,12 +49,10 @@ impl Reference {
     fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
         let mut scene = self.scene.clone();
         scene.lights.iter_mut().for_each(|light| light.intensity *= brightness);
-        let settings = Settings {
-            materials: Materials::Lambert,
-            attenuation: Attenuation::Physical,
-            tone_map: ToneMap::None,
-            ..Settings::direct_light()
-        };
+        let settings = Settings::direct_light()
+            .with_materials(Materials::Lambert)
+            .with_attenuation(Attenuation::Physical)
+            .with_tone_map(ToneMap::None);
         let size = (scale * self.image.width as u32, scale * self.image.height as u32);
         let ours = linear(&render(gpu, &scene, &self.camera, size, settings));
         let ours = ours.box_downsampled(scale as usize).expect("a whole factor");

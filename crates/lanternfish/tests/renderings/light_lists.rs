@@ -32,7 +32,8 @@ fn gpu_clusters_count_every_shaded_fragment_once(gpu: &Gpu) {
         let mut counts = Vec::new();
         for shadows in [Shadows::None, Shadows::BVH] {
             for indirect in [Indirect::NONE, rays.one_bounce().into()] {
-                let settings = Settings { samples, shadows, indirect, ..Settings::direct_light() };
+                let settings =
+                    Settings::direct_light().with_samples(samples).with_shadows(shadows).with_indirect(indirect);
                 let mut renderer = Renderer::with_engine(&engine, settings).unwrap();
                 let uploaded = renderer.upload(&scene).unwrap();
                 let rendering = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
@@ -61,7 +62,7 @@ fn gpu_clusters_count_every_shaded_fragment_once(gpu: &Gpu) {
 fn gpu_tiles_of_several_samples_end_at_their_surfaces(gpu: &Gpu) {
     let (scene, camera) = atrium_in_rain();
     let lit = |samples, shadows, culling| {
-        let settings = Settings { samples, shadows, culling, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_samples(samples).with_shadows(shadows).with_culling(culling);
         render(gpu, &scene, &camera, SIZE, settings)
     };
     let tiled = |aabb_test| Culling::from(Tiled { tile_size: TileSize::Px8, aabb_test });

@@ -15,7 +15,7 @@ use crate::support::render;
 /// Normals of a demo's first view from a debug view; none in the sky.
 fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView) -> Vec<Option<Vec3>> {
     let scene = generate::demo(demo).unwrap();
-    let settings = Settings { debug_view: Some(view), shadows: Shadows::None, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(view)).with_shadows(Shadows::None);
     let rendering = render(gpu, &scene, &scene.cameras[0], size, settings);
     let texels = rendering.display.iter().zip(&rendering.radiance);
     let normal = |[r, g, b, _]: &[u8; 4]| (2.0 / 255.0 * Vec3::new(*r as f32, *g as f32, *b as f32) - 1.0).normalize();

@@ -32,7 +32,7 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan(gpu: &Gpu) {
         scene.meshes[0].primitives[0].uv0 = uv;
         // Means of frames filter with gradients computed in the shader.
         for accumulate in [1, 3] {
-            let front = Front::render(gpu, &scene, Settings { accumulate, ..Settings::direct_light() });
+            let front = Front::render(gpu, &scene, Settings::direct_light().with_accumulate(accumulate));
             for (x, y) in [(0.0, 0.0), (-1.9, 1.9), (1.3, -0.2)] {
                 assert_near(front.at(x, y), plain, 1.0, "one point of a white texture");
             }
@@ -84,7 +84,7 @@ fn gpu_light_from_behind_does_not_come_through(gpu: &Gpu) {
     scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
     let lamp = |z: f32| Light { range: Some(50.0), ..Light::point(Vec3::new(3.0, 0.0, z), Vec3::splat(20.0)) };
     for ray_culling in RayCulling::ALL {
-        let settings = || Settings { ray_culling: *ray_culling, ..Settings::direct_light() };
+        let settings = || Settings::direct_light().with_ray_culling(*ray_culling);
         scene.lights = vec![lamp(-0.5)];
         assert_eq!(Front::render(gpu, &scene, settings()).at(0.0, 0.0), Vec3::ZERO, "{ray_culling}");
         scene.lights = vec![lamp(0.5)];
@@ -122,8 +122,10 @@ fn gpu_the_sun_ends_beyond_the_largest_scene(gpu: &Gpu) {
 fn gpu_base_color_is_shown_as_it_is(gpu: &Gpu) {
     let scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
     for (tone_map, exposure) in [(ToneMap::Neutral, Exposure::Auto), (ToneMap::Reinhard, Exposure::Ev(2.0))] {
-        let settings =
-            Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
+        let settings = Settings::direct_light()
+            .with_debug_view(Some(DebugView::BaseColor))
+            .with_tone_map(tone_map)
+            .with_exposure(exposure);
         assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);
     }
 }
@@ -143,7 +145,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing(gpu: &Gpu) {
     scene.materials.push(hole);
     scene.meshes[0].primitives.push(thin_dielectric(1, 0.0, 2.0));
     for shadows in [Shadows::BVH, Shadows::None] {
-        let settings = Settings { shadows, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(shadows);
         assert_eq!(Front::render(gpu, &scene, settings).at(0.0, 0.0), alone, "{shadows}");
     }
 }

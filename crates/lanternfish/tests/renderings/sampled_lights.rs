@@ -29,8 +29,8 @@ const SIZE: (u32, u32) = (EDGE, EDGE);
 
 /// Sampled direct light without a filter, and a history: random numbers of a view at rest go on.
 fn sampled() -> Settings {
-    let direct = SampledLights { denoise: Denoise::Off, ..SampledLights::default() }.into();
-    Settings { direct, history: History::On, ..Settings::direct_light() }
+    let direct = SampledLights { denoise: Denoise::Off, ..SampledLights::default() };
+    Settings::direct_light().with_direct(direct).with_history(History::On)
 }
 
 /// The same number at every call, 0..1.
@@ -121,19 +121,19 @@ fn frames(renderer: &mut Renderer, scene: &Scene, camera: &Camera, count: usize)
 
 /// The mean of many frames in one image.
 fn many(settings: Settings) -> Settings {
-    Settings { accumulate: 64, history: History::Off, ..settings }
+    settings.with_accumulate(64).with_history(History::Off)
 }
 
 /// With an area, with and without a filter, at edges with several samples, and on transparent surfaces.
 #[gpu_test]
 fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
     let points = || cornell(30, point);
-    let four = Settings { samples: Samples::Four, ..many(sampled()) };
-    let filtered = Settings { direct: SampledLights::default().into(), ..many(sampled()) };
-    let with_history = Settings { history: History::On, ..filtered.clone() };
+    let four = many(sampled()).with_samples(Samples::Four);
+    let filtered = many(sampled()).with_direct(SampledLights::default());
+    let with_history = filtered.clone().with_history(History::On);
     // Many rays to each light: fewer frames.
-    let area = || Settings { accumulate: 24, ..many(sampled()) };
-    let wide = Settings { light_radius: 0.1, ..area() };
+    let area = || many(sampled()).with_accumulate(24);
+    let wide = area().with_light_radius(0.1);
     let mut before = points();
     before.lights = vec![Light::point(Vec3::new(0.0, 1.0, 1.2), Vec3::splat(4.0))];
     for (name, scene, settings) in [
@@ -147,7 +147,7 @@ fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
         ("before a pane", behind_a_pane(before), many(sampled())),
     ] {
         let of = |settings| linear(&render(gpu, &scene, &scene.cameras[0], SIZE, settings));
-        let all = of(Settings { direct: Direct::NONE, shadow_rays: 32, ..settings.clone() });
+        let all = of(settings.clone().with_direct(Direct::NONE).with_shadow_rays(32));
         let ratio = energy(&of(settings), &all);
         println!("{name}: energy {ratio:.4}");
         // The noise of both, and the rounding of normals to 16 bits.
@@ -187,7 +187,7 @@ fn gpu_emissive_triangles_are_the_path_tracers(gpu: &Gpu) {
         RgbImage::new(EDGE as usize, EDGE as usize, film.mean()).unwrap()
     };
     let ours = |direct: Direct| {
-        let settings = Settings { direct, indirect: Indirect::NONE, ..many(sampled()) };
+        let settings = many(sampled()).with_direct(direct).with_indirect(Indirect::NONE);
         linear(&render(gpu, &scene, &scene.cameras[0], SIZE, settings))
     };
     // The lamp itself is brighter than what it lights.
@@ -211,7 +211,7 @@ fn gpu_sampled_light_is_reproducible_and_keeps_its_budget(gpu: &Gpu) {
         let mut renderer = Renderer::with_engine(engine, settings).unwrap();
         frames(&mut renderer, &scene, &scene.cameras[0], 3)
     };
-    let filtered = Settings { direct: SampledLights::default().into(), ..sampled() };
+    let filtered = sampled().with_direct(SampledLights::default());
     let shown = [0, 1].map(|_| of(&Engine::new(&gpu.device, &gpu.queue), filtered.clone()));
     for (a, b) in shown[0].iter().zip(&shown[1]) {
         assert!(bits(a) == bits(b) && a.display == b.display && a.report.counters == b.report.counters);
@@ -219,9 +219,9 @@ fn gpu_sampled_light_is_reproducible_and_keeps_its_budget(gpu: &Gpu) {
     assert!(bits(&shown[0][0]) != bits(&shown[0][1]), "frames have different noise");
     let mut before = 0;
     for rays in LightRays::ALL {
-        let direct = SampledLights { rays: *rays, denoise: Denoise::Off, ..SampledLights::default() }.into();
+        let direct = SampledLights { rays: *rays, denoise: Denoise::Off, ..SampledLights::default() };
         let most = u64::from(rays.count()) * u64::from(EDGE * EDGE);
-        for image in of(&testing::engine(gpu), Settings { direct, ..sampled() }) {
+        for image in of(&testing::engine(gpu), sampled().with_direct(direct)) {
             let traced = counter(&image, "shadows/rays");
             assert!(traced <= most && traced > before, "{rays}: {traced} of {most}");
         }
@@ -266,9 +266,9 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
 #[gpu_test]
 fn gpu_demodulated_targets_have_sampled_light(gpu: &Gpu) {
     let scene = cornell(30, point);
-    let direct = SampledLights { rays: LightRays::Eight, denoise: Denoise::Off, ..SampledLights::default() }.into();
-    let all = demodulated(gpu, &scene, Settings { direct: Direct::NONE, history: History::Off, ..sampled() }, 1);
-    let image = demodulated(gpu, &scene, Settings { direct, history: History::Off, ..sampled() }, 1);
+    let direct = SampledLights { rays: LightRays::Eight, denoise: Denoise::Off, ..SampledLights::default() };
+    let all = demodulated(gpu, &scene, sampled().with_direct(Direct::NONE).with_history(History::Off), 1);
+    let image = demodulated(gpu, &scene, sampled().with_direct(direct).with_history(History::Off), 1);
     let ratio = energy(&image[0], &all[0]);
     println!("energy {ratio:.4}");
     // The noise of the pixels of one frame.

@@ -99,7 +99,7 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it(gpu: &Gpu) {
     let plain = covered();
     let surrounded = Scene { environment: Some(environment()), ..covered() };
     for shadows in [Shadows::None, Shadows::BVH] {
-        let settings = Settings { shadows, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(shadows);
         let [without, with] = [&plain, &surrounded].map(|scene| Front::render(gpu, scene, settings.clone()));
         let behind = environment().radiance(Vec3::NEG_Z);
         assert_near(with.at(0.0, 0.0), behind, 1.0, "nothing covers it");

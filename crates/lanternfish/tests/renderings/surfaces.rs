@@ -54,7 +54,7 @@ fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance(gpu: &Gpu) {
 
     // A display with exposure 1 is twice as bright; unlit white is white.
     scene.materials[0] = unlit(Vec3::splat(0.25));
-    let settings = Settings { exposure: Exposure::Ev(1.0), tone_map: ToneMap::None, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_exposure(Exposure::Ev(1.0)).with_tone_map(ToneMap::None);
     let rendering = Front::render(gpu, &scene, settings).0;
     let display = rendering.display[(32 * 64 + 16) as usize];
     // sRGB of 0.5 is 187.5.
@@ -65,7 +65,7 @@ fn gpu_unlit_and_emissive_surfaces_have_the_stated_radiance(gpu: &Gpu) {
 fn gpu_a_white_matt_surface_reflects_what_lambert_says(gpu: &Gpu) {
     let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::new(0.9, 0.5, 0.1))]);
     scene.lights = vec![Light::directional(Vec3::new(0.0, -3.0, -4.0), Vec3::splat(2.0))];
-    let settings = Settings { materials: Materials::Lambert, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_materials(Materials::Lambert);
     let front = Front::render(gpu, &scene, settings);
     // cos = 4/5.
     let expected = Vec3::new(0.9, 0.5, 0.1) * (2.0 * 0.8 / std::f32::consts::PI);
@@ -110,7 +110,7 @@ fn gpu_masks_have_holes_for_the_camera_and_for_shadow_rays(gpu: &Gpu) {
     masked.meshes[0].primitives.push(thin_dielectric(1, 1.0, 1.0));
     for shadows in tracers(test, gpu) {
         for materials in Materials::ALL.iter().copied() {
-            let settings = || Settings { shadows, materials, ..Settings::direct_light() };
+            let settings = || Settings::direct_light().with_shadows(shadows).with_materials(materials);
             let wall = Front::render(gpu, &scene, settings());
             let front = Front::render(gpu, &masked, settings());
             let what = format!("{shadows}, {materials}");
@@ -178,7 +178,7 @@ fn gpu_a_transparent_surface_has_its_own_lights_and_shadows(gpu: &Gpu) {
         scene_of(vec![thin_dielectric(0, -4.0, 2.0), thin_dielectric(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
     scene.lights = vec![Light { range: Some(2.0), ..Light::point(Vec3::new(0.5, 0.0, 2.5), Vec3::splat(3.0)) }];
     for shadows in tracers(test, gpu) {
-        let settings = || Settings { shadows, ..Settings::direct_light() };
+        let settings = || Settings::direct_light().with_shadows(shadows);
         let lit = Front::render(gpu, &scene, settings());
         assert!(lit.at(0.0, 0.0).min_element() > 0.1 && lit.at(0.0, 0.5).min_element() > 0.05, "{shadows}: not lit");
         assert_eq!(lit.at(1.5, 0.0), Vec3::ZERO, "{shadows}: the wall is out of reach");
@@ -195,7 +195,7 @@ fn gpu_a_transparent_surface_has_its_own_lights_and_shadows(gpu: &Gpu) {
         assert_eq!(blocked.at(0.0, 0.5), lit.at(0.0, 0.5), "{shadows}: shadowed beside the blocker");
     }
     // Without shadows the blocker has no effect.
-    let open = Front::render(gpu, &scene, Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let open = Front::render(gpu, &scene, Settings::direct_light().with_shadows(Shadows::None));
     assert!(open.at(0.0, 0.0).min_element() > 0.1);
 }
 
@@ -217,7 +217,7 @@ fn gpu_back_faces_show_where_a_material_is_double_sided(gpu: &Gpu) {
     // Lit as if it faced the viewer: its normal is flipped.
     assert_near(render(&back, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
     // `lambert` is two-sided.
-    let lambert = || Settings { materials: Materials::Lambert, ..Settings::direct_light() };
+    let lambert = || Settings::direct_light().with_materials(Materials::Lambert);
     assert_near(render(&back, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
 }
 
@@ -276,7 +276,7 @@ fn gpu_a_mirrored_instance_is_the_image_in_a_mirror(gpu: &Gpu) {
         light.direction = mirror.transform_vector3(light.direction);
     }
     for materials in Materials::ALL.iter().copied() {
-        let settings = || Settings { materials, ..Settings::direct_light() };
+        let settings = || Settings::direct_light().with_materials(materials);
         let plain = Front::render(gpu, &scene, settings()).0;
         let other = Front::render(gpu, &mirrored, settings()).0;
         let width = plain.width as usize;
@@ -323,7 +323,7 @@ fn gpu_orthographic_and_perspective_views_show_the_same_scene(gpu: &Gpu) {
     let rendering = |projection| {
         // From far away the two projections are almost equal.
         let camera = Camera::look_at(Vec3::new(0.0, 1.0, 400.0), Vec3::Y, projection);
-        render(gpu, &scene, &camera, (60, 60), Settings { materials: Materials::Lambert, ..Settings::direct_light() })
+        render(gpu, &scene, &camera, (60, 60), Settings::direct_light().with_materials(Materials::Lambert))
     };
     let half_height = 1.2f32;
     let parallel = rendering(Projection::Orthographic { half_height, near: 390.0, far: 410.0 });
@@ -356,7 +356,7 @@ fn gpu_anisotropy_keeps_stripes_at_grazing_angles(gpu: &Gpu) {
     scene.textures.push(Texture { image: 0, sampler: 0 });
     scene.materials[0].base_color_texture = Some(TextureRef::new(0));
     let contrast = |anisotropy| {
-        let front = Front::render(gpu, &scene, Settings { anisotropy, ..Settings::direct_light() });
+        let front = Front::render(gpu, &scene, Settings::direct_light().with_anisotropy(anisotropy));
         (0..62).map(|i| (front.at(-1.97 + i as f32 / 16.0, 0.0).x - 0.5).abs()).sum::<f32>() / 62.0
     };
     let contrasts = [Anisotropy::X1, Anisotropy::X2, Anisotropy::X4, Anisotropy::X8].map(contrast);

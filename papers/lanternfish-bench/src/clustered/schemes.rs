@@ -60,9 +60,9 @@ pub fn measure(
 ) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     let mut firsts: Vec<Option<RenderedImage>> = scenes.iter().map(|_| None).collect();
-    let look = Settings { shadows: Shadows::None, ..Settings::direct_light() };
+    let look = Settings::direct_light().with_shadows(Shadows::None);
     for culling in cullings(&look, quick) {
-        let mut renderer = bench.renderer(&Settings { culling: culling.clone(), ..look.clone() })?;
+        let mut renderer = bench.renderer(&look.clone().with_culling(culling.clone()))?;
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len() as u64;
             let what = format!("{}, {} lights", name(&culling), grouped(lights));

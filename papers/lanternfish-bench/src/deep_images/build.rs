@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use lanternfish::GpuScene;
-use lanternfish_cli::{error::CliError, parse::direction_set_text};
+use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
 use lanternfish_papers::{
     DeepBuilder, DeepImageSettings,
@@ -83,7 +83,7 @@ pub fn build(
         .data("group", group)
         .text("images", "images", in_words(&settings))
         .data("builder", lanternfish_scene::Named::name(settings.builder))
-        .data("set", direction_set_text(settings.directions))
+        .data("set", settings.directions.to_string())
         .data("sort", lanternfish_scene::Named::name(settings.sort))
         .number("directions", "directions", directions)
         .texels("resolution", resolution)

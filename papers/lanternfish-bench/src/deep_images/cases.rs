@@ -1,6 +1,5 @@
 //! The measured configurations, by table.
 
-use lanternfish_cli::parse::direction_set_text;
 use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet};
 
 use crate::table::Row;
@@ -107,7 +106,7 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     }
     let mut words = builder.to_string();
     if !matches!(directions, DirectionSet::ZonalEqualArea { .. }) {
-        words += &format!(", {}", direction_set_text(*directions));
+        words += &format!(", {}", directions);
     }
     if *supersampling > 1 {
         words += &format!(", {supersampling}x supersampling");

@@ -130,7 +130,7 @@ impl DeepBench {
         let directions = 2 * set.directions.count();
         let bench = Rc::clone(&self.bench);
         bench.step(TABLE, &format!("{words}, {directions} directions of {}²", set.resolution), || {
-            let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+            let settings = Settings::direct_light().with_shadows(Shadows::BVH);
             let uploaded = self.bench.stage(scene, &settings)?.scene;
             let (_, images) = build(&self.bench.gpu, &mut self.profiler, &uploaded, 0, TABLE, set)?;
             let rays = match rays {

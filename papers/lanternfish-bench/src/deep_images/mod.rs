@@ -138,7 +138,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
 impl DeepBench {
     fn new(bench: Bench, scene: &Scene) -> Result<Self, CliError> {
         let upload = |shadows| {
-            let settings = Settings { shadows, ..Settings::direct_light() };
+            let settings = Settings::direct_light().with_shadows(shadows);
             Ok::<_, CliError>(Rc::new(bench.stage(scene, &settings)?.scene))
         };
         let uploaded = bench.step("upload", "Uploading", || upload(Shadows::BVH))?;

@@ -102,7 +102,7 @@ fn unlimited(view: &View, count: u32) -> View {
         light.intensity *= intensity / light.intensity.max_element().max(1e-6);
     }
     let mut view = view.clone();
-    (view.scene.lights, view.look.attenuation) = (lights, Attenuation::Physical);
+    (view.scene.lights, view.look.lights.attenuation) = (lights, Attenuation::Physical);
     view
 }
 

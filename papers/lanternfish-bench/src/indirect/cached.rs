@@ -48,7 +48,7 @@ impl RayBench {
             let first = image(&settings)?;
             let warmed = image(&changed(&settings, &format!("cache-samples {WARMED_SAMPLES}")))?;
             let accumulate = WARM_FRAMES + 1;
-            let mut renderer = self.bench.renderer(&Settings { accumulate, ..settings })?;
+            let mut renderer = self.bench.renderer(&settings.with_accumulate(accumulate))?;
             let (warm, frames) = self.frames(&mut renderer, Brdf::Diffuse, accumulate)?;
             let passes = frames.last().map_or(&[][..], Vec::as_slice);
             let (trace, light) = (sum(passes, is_trace), sum(passes, is_light));

@@ -161,14 +161,12 @@ impl RayCase {
             filter_radius: self.filter_radius,
             ..Sampled::default().one_bounce()
         };
-        Settings {
-            materials: self.brdf.materials(),
-            indirect: sampled.into(),
-            structure: deep_images.into(),
-            samples: self.samples,
-            accumulate: self.accumulate,
-            ..look.clone()
-        }
+        look.clone()
+            .with_materials(self.brdf.materials())
+            .with_indirect(sampled)
+            .with_structure(deep_images)
+            .with_samples(self.samples)
+            .with_accumulate(self.accumulate)
     }
 
     pub fn in_words(self) -> String {

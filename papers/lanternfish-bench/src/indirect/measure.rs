@@ -179,7 +179,7 @@ impl RayBench {
         &self.scenes[brdf as usize]
     }
 
-    /// Renders one frame, or the mean of `settings.accumulate`.
+    /// Renders one frame, or the mean of `settings.image.accumulate`.
     pub fn frame(&self, brdf: Brdf, settings: &Settings) -> Result<RenderedImage, RenderError> {
         let Size { width, height } = self.view.size;
         self.bench.renderer(settings)?.render(self.scene(brdf), &self.view.camera, [width, height])

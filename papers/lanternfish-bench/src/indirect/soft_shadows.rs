@@ -48,11 +48,9 @@ impl RayBench {
     /// The rows: through the BVH, and through images of every resolution with every tracer of deep images.
     pub fn soft_shadows(&self, sets: &[ImageSet], built: &[Row]) -> Result<Vec<Row>, CliError> {
         let (bench, view) = (&self.bench, &self.view);
-        let look = Settings {
-            light_radius: LIGHT_RADIUS * view.scene.bounds().size().length(),
-            materials: Brdf::Diffuse.materials(),
-            ..changed(&view.look, &format!("indirect none, shadow-rays {RAYS}"))
-        };
+        let look = changed(&view.look, &format!("indirect none, shadow-rays {RAYS}"))
+            .with_light_radius(LIGHT_RADIUS * view.scene.bounds().size().length())
+            .with_materials(Brdf::Diffuse.materials());
         // Lights are uploaded with their radius.
         let scene = bench.stage(&view.scene, &look)?.scene;
         let unshadowed = linear(&bench.first_frame(view, &changed(&look, "shadows none"))?)?;
@@ -65,7 +63,7 @@ impl RayBench {
         for through in [(Tracer::BVH, None)].into_iter().chain(through_images) {
             let words = words(through);
             let row = || {
-                let mut settings = Settings { shadows: Shadows::Traced(through.0), ..look.clone() };
+                let mut settings = look.clone().with_shadows(Shadows::Traced(through.0));
                 if let Some(set) = through.1 {
                     settings.structure = sized(set.settings(), built)?.into();
                 }

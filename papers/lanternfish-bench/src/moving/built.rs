@@ -25,7 +25,7 @@ impl Motion {
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
         sampled.tracer = WITHIN_TEXEL.into();
-        let settings = Settings { indirect: sampled.into(), shadows: Shadows::BVH, ..Settings::default() };
+        let settings = Settings::default().with_indirect(sampled).with_shadows(Shadows::BVH);
         let row = Row::default()
             .data(
                 "directions",

@@ -114,7 +114,7 @@ impl<'a> Walk<'a> {
 
     /// Renders the walk, and returns the luminances of each frame.
     fn luminances(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
-        let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
+        let settings = settings.clone().with_materials(Materials::Lambert);
         let mut stage = self.bench.stage(&self.view.scene, &settings)?;
         let mut view = self.view.clone();
         let mut of_view = |camera: &Camera| {

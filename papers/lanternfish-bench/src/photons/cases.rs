@@ -47,8 +47,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all: Vec<Case> = QUICK.iter().map(|name| Case::one_bounce(look, name)).collect();
     if !quick {
         all.extend(PHOTONS.map(|changes| Case::one_bounce(look, &format!("photon-splatting, {changes}"))));
-        let structure = papers_images(PAPERS_RESOLUTION).into();
-        all.push(Case::new(PAPER, Settings { structure, ..changed(look, PAPERS) }));
+        let structure = papers_images(PAPERS_RESOLUTION);
+        all.push(Case::new(PAPER, changed(look, PAPERS).with_structure(structure)));
     }
     all
 }

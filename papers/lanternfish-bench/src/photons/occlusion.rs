@@ -1,6 +1,6 @@
 //! Ambient occlusion with 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::settings::{Occlusion, Settings};
+use lanternfish::settings::Occlusion;
 use lanternfish_cli::error::CliError;
 use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
@@ -63,7 +63,7 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
         |(name, texels)| {
             let (occlusion, ground_truth) = technique(name, far);
             let images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
-            let timed = bench.timed(&view, &Settings { occlusion, structure: images.into(), ..view.look.clone() })?;
+            let timed = bench.timed(&view, &view.look.clone().with_occlusion(occlusion).with_structure(images))?;
             bench.write(&format!("occlusion, {name}"), &timed.image)?;
             let reference = if ground_truth == GroundTruth::Occlusion { &all } else { &bounded };
             let bytes = counter(&timed.image.report, "deep_images/bytes");

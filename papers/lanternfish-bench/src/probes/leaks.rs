@@ -39,7 +39,7 @@ impl InMotion<'_> {
             let row = |case: &Case| {
                 let image = self.at_rest(&view, &case.settings, 1)?.remove(0);
                 for (words, ev) in EXPOSURES {
-                    let settings = Settings { exposure: Exposure::Ev(ev), ..view.look.clone() };
+                    let settings = view.look.clone().with_exposure(Exposure::Ev(ev));
                     self.bench.write_linear(
                         &format!("leaks-{name}-{}-{words}", case.name),
                         &linear(&image)?,

@@ -41,7 +41,8 @@ impl InMotion<'_> {
                 None => height * 16 / 9,
             };
             let mut view = shot.load(&assets, *rain)?;
-            (view.name, view.look.materials, view.size) = ((*name).to_owned(), *materials, Size { width, height });
+            (view.name, view.look.materials.model, view.size) =
+                ((*name).to_owned(), *materials, Size { width, height });
             views.push(view);
         }
         Ok(views)

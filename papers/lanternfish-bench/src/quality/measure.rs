@@ -105,7 +105,7 @@ impl ShotBench<'_> {
             None => self.compare(case, &image, reference)?,
         };
         let figures = Figures {
-            frames: case.settings.accumulate,
+            frames: case.settings.image.accumulate,
             differing_pixels,
             frame_ms,
             rays: counter("shadows/rays"),
@@ -123,7 +123,7 @@ impl ShotBench<'_> {
         let large = Size { width: factor * size.width, height: factor * size.height };
         let view = View { size: large, scene: Scene::default(), ..self.view.clone() };
         let (first_ms, image) = frame_time(|| stage.frame(&view))?;
-        if settings.accumulate > 1 {
+        if settings.image.accumulate > 1 {
             return Ok((image, first_ms));
         }
         let (mut times, begun) = (Vec::new(), Instant::now());
@@ -141,8 +141,8 @@ impl ShotBench<'_> {
         reference: &RgbImage,
     ) -> Result<Figures, CliError> {
         let pair = Pair::new(linear(image)?.box_downsampled(self.shot.factor as usize)?, reference.clone())?;
-        let [image, reference] =
-            [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
+        let [image, reference] = [pair.image(), pair.reference()]
+            .map(|image| shown(image, settings.image.exposure, settings.image.tone_map));
         let display = Pair::new(image.1, reference.1)?;
         let map = display.flip_ldr(PIXELS_PER_DEGREE)?;
         let linear = pair.errors();

@@ -110,7 +110,7 @@ impl Shot {
         let source = if self.scene().starts_with("demo:") { args.scene.clone() } else { file.into() };
         let scene = scene::load_part(&source, &PartArgs::default())?;
         let (mut view, _) = View::of_args(scene, &args, std::slice::from_ref(&args.view), self.size)?;
-        (view.name, view.look.shadows) = (self.name.to_owned(), Settings::direct_light().shadows);
+        (view.name, view.look.shadows.technique) = (self.name.to_owned(), Settings::direct_light().shadows.technique);
         Ok(view)
     }
 }
@@ -155,8 +155,8 @@ mod tests {
         let docs = shot::read(&path, Vec::new()).unwrap();
         let ours = SHOTS.iter().find(|shot| shot.name == "sponza-ten").unwrap().args(None).unwrap();
         assert_eq!(ours.lights.points, docs.args.lights.points);
-        assert_eq!(ours.lights.range_threshold, docs.args.lights.range_threshold);
-        assert_eq!(ours.lights.attenuation, docs.args.lights.attenuation);
+        assert_eq!(ours.settings().lights.range_threshold, docs.args.settings().lights.range_threshold);
+        assert_eq!(ours.settings().lights.attenuation, docs.args.settings().lights.attenuation);
         let of = |args: &RenderArgs| (args.view.eye, args.view.target, args.view.fov_y);
         assert_eq!(of(&ours), of(&docs.args));
         for rain in [None, Some("rain:1000")] {

@@ -26,41 +26,6 @@ pub struct Technique {
     pub ground_truth: GroundTruth,
 }
 
-/// Settings that no row changes one by one have rows with ground truths of their own, or none.
-fn every_setting_has_a_row(settings: &Settings) {
-    let Settings {
-        direct: _,
-        culling: _,
-        shadows: _,
-        ray_culling: _,
-        ray_range_culling: _,
-        light_radius: _,
-        shadow_rays: _,
-        materials: _,
-        textures: _,
-        samples: _,
-        anisotropy: _,
-        // Have rows with separate ground truths.
-        indirect: _,
-        occlusion: _,
-        structure: _,
-        accumulate: _,
-        // Does not change a single image; measured by `lanternfish-bench history`.
-        history: _,
-        // Set by the shot, for the ground truth too.
-        attenuation: _,
-        attenuation_near_radius: _,
-        attenuation_coefficients: _,
-        range_threshold: _,
-        // Change the display of an image, not its rendering.
-        exposure: _,
-        tone_map: _,
-        debug_view: _,
-        // Antialiasing of frames of a moving view; the rows are single images.
-        antialiasing: _,
-    } = settings;
-}
-
 /// Settings with named values, each of which has a row.
 const NAMED: [&str; 5] = ["shadows", "ray-culling", "ray-range-culling", "samples", "anisotropy"];
 
@@ -107,7 +72,6 @@ const BOUNCES: [(&str, &str); 11] = [
 
 /// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is `default`.
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
-    every_setting_has_a_row(default);
     let mut rows = Rows { default, all: Vec::new() };
     rows.add(GroundTruth::Direct, "default", "");
     rows.direct_light();
@@ -169,14 +133,14 @@ impl Rows<'_> {
             let change = format!("textures {value}");
             self.direct(&change, &change);
         }
-        for other in Materials::ALL.iter().filter(|other| **other != self.default.materials) {
+        for other in Materials::ALL.iter().filter(|other| **other != self.default.materials.model) {
             let ground_truth = if *other == Materials::File { GroundTruth::Direct } else { GroundTruth::DirectLambert };
             let change = format!("materials {other}");
             self.add(ground_truth, &change, &change);
         }
         // Area lights, rendered as points, and as disks with few or many shadow rays.
         self.add(GroundTruth::DirectSoft, "light-radius 0", "");
-        for rays in [self.default.shadow_rays, 4, 64] {
+        for rays in [self.default.shadows.rays, 4, 64] {
             let change = format!("light-radius {SOFT_RADIUS}, shadow-rays {rays}");
             self.add(GroundTruth::DirectSoft, &change, &change);
         }
@@ -192,7 +156,7 @@ impl Rows<'_> {
         }
         full("sampled, one bounce", ONE_BOUNCE);
         full(&format!("sampled, {MEAN_FRAMES} frames"), &format!("indirect sampled, accumulate {MEAN_FRAMES}"));
-        let best = Settings { indirect: Quality::Best.sampled().into(), ..self.default.clone() };
+        let best = self.default.clone().with_indirect(Quality::Best.sampled());
         self.push(GroundTruth::Full, "indirect sampled, best", best);
     }
 

@@ -61,7 +61,7 @@ const OF_PAPER: [&str; 5] = ["vpl-weight 32", "vpl-shadows bvh", "culling all", 
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let paper = |name: &str, changes: &str, images: DeepImageSettings| {
         let settings = changed(look, &format!("{PAPER}, {changes}"));
-        Case::new(name, Settings { structure: images.into(), ..settings })
+        Case::new(name, settings.with_structure(images))
     };
     let mut all: Vec<Case> = QUICK.iter().map(|name| Case::one_bounce(look, name)).collect();
     all.push(paper("as in the paper", "", papers_images()));
@@ -95,7 +95,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: &str) -> Settings {
         "indirect virtual-lights, vpl-map {map}, vpl-unique off, vpl-count 0, vpl-most-range 1e-30, vpl-large-kept 0, vpl-residual lost, \
          vpl-shadows none, {ranges}"
     );
-    Settings { structure: papers_images().into(), ..changed(look, &changes) }
+    changed(look, &changes).with_structure(papers_images())
 }
 
 #[cfg(test)]

@@ -1,8 +1,63 @@
 //! Settings of deep images.
 
-use lanternfish_scene::named_enum;
+use std::{fmt, str::FromStr};
 
-use super::directions::DirectionSet;
+use lanternfish_scene::{Setting, named_enum};
+
+use super::directions::{DirectionSet, Directions};
+
+impl fmt::Display for DirectionSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ZonalEqualArea { count } => write!(f, "zonal:{count}"),
+            Self::StacksSlices { stacks, slices } => write!(f, "stacks:{stacks}x{slices}"),
+            Self::Cube { k } => write!(f, "cube:{k}"),
+        }
+    }
+}
+
+/// Reads `zonal:N`, `stacks:AxB` or `cube:K`. Too many directions are an error.
+impl FromStr for DirectionSet {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = "expected zonal:N, stacks:STACKSxSLICES or cube:K, e.g. zonal:169, stacks:13x13 or cube:5";
+        let number = |text: &str| {
+            let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+            // Overflowing numbers are out of range too.
+            if digits { Ok(text.parse::<u32>().unwrap_or(u32::MAX)) } else { Err(format!("{text:?}: {expected}")) }
+        };
+        let set = match text.split_once(':') {
+            Some(("zonal", count)) => Self::ZonalEqualArea { count: number(count)? },
+            Some(("cube", k)) => Self::Cube { k: number(k)? },
+            Some(("stacks", counts)) => {
+                let (stacks, slices) = counts.split_once('x').ok_or(expected)?;
+                Self::StacksSlices { stacks: number(stacks)?, slices: number(slices)? }
+            }
+            _ => return Err(expected.to_owned()),
+        };
+        match set {
+            _ if !(1..=u64::from(Directions::MAX_COUNT)).contains(&set.count()) => {
+                Err(format!("{} directions: expected 1 to {}", set.count(), Directions::MAX_COUNT))
+            }
+            Self::StacksSlices { slices, .. } if slices > Directions::MAX_SLICES => {
+                Err(format!("{slices} slices: expected at most {}; take more stacks", Directions::MAX_SLICES))
+            }
+            _ => Ok(set),
+        }
+    }
+}
+
+impl Setting for DirectionSet {
+    fn text(&self) -> Option<String> {
+        Some(self.to_string())
+    }
+
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        *self = text.parse()?;
+        Ok(())
+    }
+}
 
 /// The scene as deep images [Archer2019; Niessner2010].
 #[derive(Clone, Copy, Debug, PartialEq)]

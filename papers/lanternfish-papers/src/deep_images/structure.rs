@@ -9,7 +9,7 @@ use lanternfish::{
     rays::{IN_CHUNKS, KeptStructure, Structure, StructureTechnique, TracedRay, TracedStructure, Tracer},
     settings::Quality,
     shaders::Shaders,
-    technique::{Parameter, Technique},
+    technique::{Parameter, Range, Technique},
 };
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
@@ -52,7 +52,69 @@ impl Technique for DeepImageSettings {
     const NAME: &'static str = "deep-images";
     const SUMMARY: &'static str =
         "Images of every direction of a set, each texel a list of all surfaces along its axis";
-    const PARAMETERS: &'static [Parameter<Self>] = &[];
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
+            "deep-resolution",
+            "N",
+            Range::Count(4, 1024),
+            "Texels across and down each deep image. More: finer, and more memory by the square. Without it: 64, or \
+             the value of `quality`.",
+            |images: &mut Self| &mut images.resolution,
+        ),
+        Parameter::new(
+            "deep-directions",
+            "SET",
+            Range::Text,
+            "Set of deep-image directions: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each \
+             direction also serves its opposite. More: smoother, slower.",
+            |images: &mut Self| &mut images.directions,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-slices",
+            "N",
+            Range::Count(1, 64),
+            "Frames over which deep images are rebuilt after something moved, in a window and in replays. More: less \
+             time per frame, and some directions lag by up to this many frames.",
+            |images: &mut Self| &mut images.slices,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-builder",
+            "NAME",
+            Range::Names,
+            "Builder of deep images. A window needs per_triangle or per_direction.\n\n\
+             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass` \
+             `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.",
+            |images: &mut Self| &mut images.builder,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-sort",
+            "NAME",
+            Range::Names,
+            "Sort of the lists of deep images. The image is the same.",
+            |images: &mut Self| &mut images.sort,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-merge",
+            "TEXELS",
+            Range::Number(0.0, 1.0),
+            "Distance below which fragments of a list are merged, texel widths; 0: none is. More: less memory, thin \
+             walls get thinner.",
+            |images: &mut Self| &mut images.merge_texels,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-search",
+            "NAME",
+            Range::Names,
+            "Search in the lists of deep images. The image is the same.",
+            |images: &mut Self| &mut images.search,
+        )
+        .with_default(),
+    ];
     const SHADERS: Shaders = DECLARED;
 }
 

@@ -27,7 +27,7 @@ fn deep() -> Occlusion {
 }
 
 fn settings(occlusion: Occlusion) -> Settings {
-    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
+    Settings::direct_light().with_occlusion(occlusion).with_shadows(Shadows::None)
 }
 
 fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
@@ -92,7 +92,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find(gpu: &Gpu) {
     };
     let actual = |occlusion, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        ambient_visibility_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
+        ambient_visibility_of(gpu, settings(occlusion).with_structure(deep_images), &scene, camera)
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
@@ -155,10 +155,10 @@ fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded(gpu: &Gpu) {
         2.0 / 64.0 * set.axes().iter().map(|axis| axis.y.abs()).sum::<f32>()
     };
     let plain = settings(Deep { plain: true, ..Deep::default() }.into());
-    let structure = DeepImageSettings { directions, ..DeepImageSettings::default() }.into();
+    let structure = DeepImageSettings { directions, ..DeepImageSettings::default() };
     let actual = ambient_visibility_of(
         gpu,
-        Settings { structure, ..plain.clone() },
+        plain.clone().with_structure(structure),
         &floor(),
         &looking([0.0, 3.0, 0.1], [0.0; 3]),
     );
@@ -175,12 +175,7 @@ fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded(gpu: &Gpu) {
     let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
     let [coarse, fine] = [64, 256].map(|resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        mean(&ambient_visibility_of(
-            gpu,
-            Settings { structure: deep_images.into(), ..settings(deep()) },
-            &closed,
-            &camera,
-        ))
+        mean(&ambient_visibility_of(gpu, settings(deep()).with_structure(deep_images), &closed, &camera))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
     let plain = mean(&ambient_visibility_of(gpu, plain, &closed, &camera));
@@ -204,12 +199,8 @@ fn gpu_both_techniques_darken_a_corner(gpu: &Gpu) {
     for occlusion in
         [Occlusion::from(Deep { max_distance: Some(1.0), ..Deep::default() }), Occlusion::from(Hbao { radius: 1.0 })]
     {
-        let actual = ambient_visibility_of(
-            gpu,
-            Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
-            &scene,
-            &camera,
-        );
+        let actual =
+            ambient_visibility_of(gpu, settings(occlusion.clone()).with_structure(deep_images), &scene, &camera);
         let at = |y: u32| actual[(y * SIZE.x + SIZE.x / 2) as usize];
         let column: Vec<f32> = (0..SIZE.y).map(at).collect();
         println!("{occlusion:?}: {column:.2?}");
@@ -234,12 +225,7 @@ fn gpu_creases_do_not_glow(gpu: &Gpu) {
         let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-            let actual = ambient_visibility_of(
-                gpu,
-                Settings { structure: deep_images.into(), ..settings(deep()) },
-                &scene,
-                &camera,
-            );
+            let actual = ambient_visibility_of(gpu, settings(deep()).with_structure(deep_images), &scene, &camera);
             let rows: Vec<f64> = actual.chunks(SIZE.x as usize).map(mean).collect();
             let ground_truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
@@ -268,7 +254,7 @@ fn gpu_moved_objects_occlude_at_their_new_position(gpu: &Gpu) {
     let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
     for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
-        let settings = Settings { structure: deep_images.into(), ..settings(occlusion.clone()) };
+        let settings = settings(occlusion.clone()).with_structure(deep_images);
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
         let before = ambient_visibility(gpu, &mut renderer, &uploaded, &camera);
@@ -324,7 +310,7 @@ fn gpu_frames_of_a_mean_use_different_directions(gpu: &Gpu) {
     let radiance = |count, accumulate| {
         let directions = DirectionSet::ZonalEqualArea { count };
         let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
-        let mut renderer = renderer(gpu, Settings { structure: deep_images.into(), accumulate, ..settings(deep()) });
+        let mut renderer = renderer(gpu, settings(deep()).with_structure(deep_images).with_accumulate(accumulate));
         let uploaded = renderer.upload(&scene).unwrap();
         let rendering = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
         rendering.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
@@ -347,6 +333,6 @@ fn gpu_unsupported_settings_are_refused_with_a_remedy(gpu: &Gpu) {
             assert!(matches!(error, RenderError::Value { .. }), "{error}");
         }
     }
-    let error = refused(Settings { debug_view: Some(DebugView::Occlusion), ..settings(Occlusion::NONE) });
+    let error = refused(settings(Occlusion::NONE).with_debug_view(Some(DebugView::Occlusion)));
     assert!(error.to_string().contains("`occlusion`"), "{error}");
 }

@@ -13,7 +13,8 @@ fn every_shader() -> EveryShader {
     let all = all_settings();
     let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep::default())], |s, v| s.occlusion = v);
     let usual = Settings::default();
-    let (usual, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.ray_culling == usual.ray_culling);
+    let (usual, others): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|s| s.shadows.ray_culling == usual.shadows.ray_culling);
     let usual = with(&usual, DeepDepth::ALL, |s, depth| {
         s.structure = DeepImageSettings { depth, ..DeepImageSettings::of(&s.structure) }.into()
     });

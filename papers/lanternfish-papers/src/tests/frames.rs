@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 use lanternfish::{
     Change, RenderError, Renderer, Settings, Target, ViewRequest,
-    settings::{DebugView, History, Indirect, Materials, Occlusion, Samples, Shadows},
+    settings::{DebugView, History, Indirect, Materials, Samples, Shadows},
     techniques::Sampled,
 };
 use lanternfish_gpu::{Frame, Gpu, Growth, Profiler, read_texture};
@@ -22,7 +22,7 @@ use crate::{
 };
 
 fn bvh() -> Settings {
-    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::BVH)
 }
 
 fn coarse() -> DeepImageSettings {
@@ -30,19 +30,17 @@ fn coarse() -> DeepImageSettings {
 }
 
 fn occlusion(resolution: u32, others: Settings) -> Settings {
-    Settings {
-        occlusion: Occlusion::from(Deep::default()),
-        structure: DeepImageSettings { resolution, ..DeepImageSettings::default() }.into(),
-        ..others
-    }
+    others
+        .with_occlusion(Deep::default())
+        .with_structure(DeepImageSettings { resolution, ..DeepImageSettings::default() })
 }
 
 #[gpu_test]
 fn gpu_a_steady_state_frame_creates_no_resources(gpu: &Gpu) {
     let scene = demo("atrium").unwrap();
     let few = VirtualLights { count: 500, ..VirtualLights::default() };
-    let virtual_lights = Settings { indirect: few.into(), ..bvh() };
-    let grid = Settings { culling: RasterGrid::default().into(), ..bvh() };
+    let virtual_lights = bvh().with_indirect(few);
+    let grid = bvh().with_culling(RasterGrid::default());
     for (name, growth, settings) in [
         ("a raster grid that does not wait", Growth::Deferred, grid),
         ("virtual lights", Growth::Blocking, virtual_lights.clone()),
@@ -56,8 +54,8 @@ fn gpu_a_steady_state_frame_creates_no_resources(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
-    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
-    let settings = Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure, ..Settings::direct_light() };
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
+    let settings = Settings::direct_light().with_shadows(Shadows::Traced(ACROSS_TEXELS)).with_structure(structure);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {
@@ -74,10 +72,10 @@ fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_deep_images_are_built_for_each_rotation_of_the_set(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
-    let views = [(&scene.cameras[0], [32, 24])];
-    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() }.into();
-    let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }.into();
-    let settings = Settings { accumulate: 10, structure, indirect, ..Settings::default() };
+    let views = [(&scene.cameras[0], 32, 24)];
+    let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
+    let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
+    let settings = Settings::default().with_accumulate(10).with_structure(structure).with_indirect(indirect);
     let mut renderer = Renderer::with_engine(&engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let after: Vec<_> = (0..10)
@@ -111,8 +109,8 @@ fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
     for view in [DebugView::BaseColor, DebugView::Normal] {
-        let occlusion = Hbao { radius: 2.0 }.into();
-        let given = Settings { debug_view: Some(view), occlusion, ..Settings::default() };
+        let occlusion = Hbao { radius: 2.0 };
+        let given = Settings::default().with_debug_view(Some(view)).with_occlusion(occlusion);
         assert_eq!(*Renderer::with_engine(&engine(gpu), given.clone()).unwrap().settings(), given);
     }
 }
@@ -120,17 +118,17 @@ fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
-    let direct = || Settings { structure: coarse().into(), ..bvh() };
+    let direct = || bvh().with_structure(coarse());
     let choices = vec![
-        ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
+        ("no shadows", direct().with_shadows(Shadows::None)),
         ("bvh", direct()),
-        ("hbao", Settings { occlusion: Hbao { radius: 1.0 }.into(), shadows: Shadows::None, ..direct() }),
-        ("indirect, deep images", Settings { indirect: rays.into(), ..direct() }),
+        ("hbao", direct().with_occlusion(Hbao { radius: 1.0 }).with_shadows(Shadows::None)),
+        ("indirect, deep images", direct().with_indirect(rays)),
     ];
     let (same, refused) = shared_and_refused(gpu, choices);
     assert!(same >= 6 && refused >= 6, "{same} shared, {refused} refused");
 
-    let without = shared::renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let without = shared::renderer(gpu, Settings::direct_light().with_shadows(Shadows::None));
     let uploaded = without.upload(&shared::scene()).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -150,7 +148,11 @@ fn gpu_a_first_frame_and_its_mean_use_no_history(gpu: &Gpu) {
         for indirect in &techniques {
             let of = |history| {
                 let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
-                let settings = Settings { accumulate, samples, history, indirect: indirect.clone(), ..usual };
+                let settings = usual
+                    .with_accumulate(accumulate)
+                    .with_samples(samples)
+                    .with_history(history)
+                    .with_indirect(indirect.clone());
                 rendering(gpu, settings, &scene, &scene.cameras[0])
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {indirect:?}");
@@ -188,7 +190,7 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion(gpu: &Gpu) {
     scene.lights.push(Light::point(Vec3::new(0.3, 1.2, 0.4), Vec3::splat(2.0)));
     scene.sky = Vec3::splat(0.2);
     let camera: &Camera = &scene.cameras[0];
-    let settings = occlusion(32, Settings { materials: Materials::Lambert, ..bvh() });
+    let settings = occlusion(32, bvh().with_materials(Materials::Lambert));
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
     let expected = waiting.render(&uploaded, camera, [48, 32]).unwrap().radiance;
@@ -226,11 +228,11 @@ fn gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback(
         renderer.submitted(frame);
         Ok(())
     };
-    let deep = Settings {
-        structure: DeepImageSettings { resolution: 8, builder: crate::DeepBuilder::SinglePass, ..Default::default() }
-            .into(),
-        ..occlusion(8, bvh())
-    };
+    let deep = occlusion(8, bvh()).with_structure(DeepImageSettings {
+        resolution: 8,
+        builder: crate::DeepBuilder::SinglePass,
+        ..Default::default()
+    });
     renderer.set(deep).unwrap();
     let with_more = renderer.upload(&scene).unwrap();
     assert!(matches!(record(&mut renderer, &with_more), Err(RenderError::Together { .. })));

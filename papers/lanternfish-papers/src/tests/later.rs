@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use lanternfish::{
-    RenderError, Renderer, Settings,
-    settings::{Culling, Exposure, Indirect, Occlusion, Shadows},
+    RenderError, Renderer,
+    settings::{Culling, Exposure, Shadows},
     techniques::Sampled,
 };
 use lanternfish_gpu::{Growth, faulty_software};
@@ -53,16 +53,15 @@ fn gpu_deep_images_grow_in_later_frames(gpu: &Gpu) {
     let path = Path { scene: scene.clone(), range: 3.0, size: [48, 32], step: &step, frames: 18 };
     let deep_images =
         DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
-    let direct =
-        Settings { structure: deep_images.into(), exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
+    let direct = settings(Culling::default()).with_structure(deep_images).with_exposure(Exposure::Ev(0.0));
     let sampled =
         Sampled { tracer: WITHIN_TEXEL.into(), diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
     let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
     for (name, settings) in [
-        ("shadows", Settings { shadows: Shadows::Traced(ACROSS_TEXELS), ..direct.clone() }),
-        ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
-        ("occlusion", Settings { occlusion: Occlusion::from(Deep::default()), ..direct.clone() }),
-        ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
+        ("shadows", direct.clone().with_shadows(Shadows::Traced(ACROSS_TEXELS))),
+        ("indirect", direct.clone().with_indirect(sampled)),
+        ("occlusion", direct.clone().with_occlusion(Deep::default())),
+        ("virtual lights", direct.clone().with_indirect(few)),
     ] {
         let outcome = walk(gpu, &settings, &path);
         println!("{name}: {outcome:?}");
@@ -78,11 +77,7 @@ fn gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback(gpu: &Gpu)
         DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
         DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
     ] {
-        let settings = Settings {
-            occlusion: Occlusion::from(Deep::default()),
-            structure: deep_images.into(),
-            ..settings(Culling::default())
-        };
+        let settings = settings(Culling::default()).with_occlusion(Deep::default()).with_structure(deep_images);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         assert!(matches!(renderer.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
         assert_eq!(inside::growth(&mut renderer), Growth::Blocking);

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
     GpuScene, Renderer, Settings,
-    settings::{Attenuation, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Attenuation, Shadows, Tracer},
     techniques::Sampled,
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -79,7 +79,7 @@ fn ground_truth(scene: &Scene, camera: &Camera) -> RgbImage {
 }
 
 fn settings() -> Settings {
-    Settings { accumulate: 64, shadows: Shadows::BVH, attenuation: Attenuation::Physical, ..Settings::direct_light() }
+    Settings::direct_light().with_accumulate(64).with_shadows(Shadows::BVH).with_attenuation(Attenuation::Physical)
 }
 
 /// Each animated sample at two times: updated on the device from the rest pose, uploaded again, and path traced.
@@ -87,7 +87,7 @@ fn settings() -> Settings {
 fn gpu_posed_scenes_are_the_path_tracers(gpu: &Gpu) {
     let name = "gpu_posed_scenes_are_the_path_tracers";
     let of = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let (mut renderer, mut once) = (of(settings()), of(Settings { accumulate: 1, ..settings() }));
+    let (mut renderer, mut once) = (of(settings()), of(settings().with_accumulate(1)));
     let mut all = Vec::new();
     for sample in SAMPLES {
         let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
@@ -153,7 +153,8 @@ fn otherwise_rounded(gpu: &Gpu, pixels: usize) -> usize {
 #[gpu_test(crate::gpu)]
 fn gpu_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
     let name = "gpu_animation_on_the_device_equals_an_upload";
-    let settings = Settings { accumulate: 1, ..settings() };
+    let Some(gpu) = crate::gpu(name) else { return };
+    let settings = settings().with_accumulate(1);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     for sample in SAMPLES {
         let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
@@ -222,18 +223,15 @@ fn folding() -> (Scene, Camera) {
 #[gpu_test(crate::gpu)]
 fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
     let (mut scene, camera) = folding();
-    let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
+    let direct = || Settings::direct_light().with_shadows(Shadows::None);
     let deep = |settings: Settings| {
         let images = DeepImageSettings { resolution: 64, payload: true, ..DeepImageSettings::default() };
-        Settings { structure: images.into(), ..settings }
+        settings.with_structure(images)
     };
     let mut requested = vec![
-        (
-            "occlusion deep".to_owned(),
-            Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0), ..Deep::default() }), ..direct() },
-        ),
-        ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::from(Hbao { radius: 2.0 }), ..direct() }),
-        ("virtual lights".to_owned(), Settings { indirect: Indirect::from(VirtualLights::default()), ..direct() }),
+        ("occlusion deep".to_owned(), direct().with_occlusion(Deep { max_distance: Some(2.0), ..Deep::default() })),
+        ("occlusion hbao".to_owned(), direct().with_occlusion(Hbao { radius: 2.0 })),
+        ("virtual lights".to_owned(), direct().with_indirect(VirtualLights::default())),
     ];
     for tracer in Tracer::all().into_iter() {
         if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
@@ -242,9 +240,9 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
         }
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
-        requested.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
-        requested.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
-        requested.push((format!("photons {tracer}"), deep(Settings { indirect: Indirect::from(photons), ..direct() })));
+        requested.push((format!("shadows {tracer}"), deep(direct().with_shadows(Shadows::Traced(tracer)))));
+        requested.push((format!("sampled {tracer}"), deep(direct().with_indirect(sampled))));
+        requested.push((format!("photons {tracer}"), deep(direct().with_indirect(photons))));
     }
     for (name, settings) in requested {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     RenderedImage, Renderer, Settings,
-    settings::{Culling, DebugView, Indirect, Samples, Shadows},
+    settings::{Culling, DebugView, Samples, Shadows},
     techniques::{Assignment, ClusterTest, Clustered, Sampled, TileSize, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -73,7 +73,7 @@ fn accumulated(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings) ->
 fn gpu_area_lights_are_the_path_tracers(gpu: &Gpu) {
     let (scene, camera) = still_life();
     let expected = ground_truth(&scene, &camera, 2048);
-    let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = || Settings::direct_light().with_accumulate(64).with_shadows(Shadows::BVH);
     let actual = accumulated(gpu, &scene, &camera, settings());
     // The noise of both: 0.8 % at the median. With several samples per pixel, surfaces at edges use the rays of a neighbour.
     let check = |name: &str, actual: &RgbImage, within: f32| {
@@ -84,12 +84,12 @@ fn gpu_area_lights_are_the_path_tracers(gpu: &Gpu) {
     };
     check("64 frames of 16 rays", &actual, 0.97);
     // Lights of all kinds have more shadow bits with a radius; with several samples per pixel some rays start in shading.
-    let soft = Settings { light_radius: 1e-3, ..settings() };
+    let soft = settings().with_light_radius(1e-3);
     check("beside soft shadows", &accumulated(gpu, &scene, &camera, soft), 0.97);
-    let samples = Settings { samples: Samples::Four, accumulate: 32, ..settings() };
+    let samples = settings().with_samples(Samples::Four).with_accumulate(32);
     check("four samples", &accumulated(gpu, &scene, &camera, samples), 0.93);
     // More rays than a frame has shadow bits.
-    let many = Settings { shadow_rays: 255, accumulate: 32, ..settings() };
+    let many = settings().with_shadow_rays(255).with_accumulate(32);
     check("255 rays", &accumulated(gpu, &scene, &camera, many), 0.97);
 
     // Negative control: one per cent of light, the sheet's shadow, and light that comes from the middle.
@@ -97,7 +97,7 @@ fn gpu_area_lights_are_the_path_tracers(gpu: &Gpu) {
     brighter.lights.iter_mut().for_each(|light| light.intensity *= 1.01);
     let error = compare("1 % brighter", &accumulated(gpu, &brighter, &camera, settings()), &expected);
     assert!(error.energy_ratio() > 1.005, "insensitive to 1 % of light");
-    let unshadowed = Settings { shadows: Shadows::None, ..settings() };
+    let unshadowed = settings().with_shadows(Shadows::None);
     let error = compare("without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
     assert!(error.energy_ratio() > 1.02 && error.fraction_within(0.05) < 0.95, "insensitive to shadows");
     let mut smaller = scene.clone();
@@ -117,7 +117,7 @@ fn gpu_area_lights_without_shadows_keep_all_light(gpu: &Gpu) {
     scene.meshes[0].primitives.truncate(1);
     scene.materials[0].perceptual_roughness = 0.4;
     let expected = ground_truth(&scene, &camera, 1024);
-    let settings = Settings { accumulate: 64, shadows: Shadows::None, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_accumulate(64).with_shadows(Shadows::None);
     let error = compare("no shadows", &accumulated(gpu, &scene, &camera, settings), &expected);
     assert!(error.median() < 0.01 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
 }
@@ -134,11 +134,11 @@ fn gpu_area_lights_on_a_transparent_sheet_are_the_path_tracers(gpu: &Gpu) {
     primitives[1] = quad(1, Vec3::new(0.0, 0.02, 0.2), 1.5 * Vec3::X, -0.9 * Vec3::Z);
     primitives.remove(0);
     let expected = ground_truth(&scene, &camera, 2048);
-    let settings = || Settings { accumulate: 64, shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = || Settings::direct_light().with_accumulate(64).with_shadows(Shadows::BVH);
     let error = compare("a transparent sheet", &accumulated(gpu, &scene, &camera, settings()), &expected);
     // The path tracer hits a transparent surface at random, half of the time: its noise is 1.7 % at the median.
     assert!(error.median() < 0.025 && (error.energy_ratio() - 1.0).abs() < 0.005, "{}", error.energy_ratio());
-    let unshadowed = Settings { shadows: Shadows::None, ..settings() };
+    let unshadowed = settings().with_shadows(Shadows::None);
     let error =
         compare("a transparent sheet without shadows", &accumulated(gpu, &scene, &camera, unshadowed), &expected);
     assert!(error.energy_ratio() > 1.02, "insensitive to shadows");
@@ -167,12 +167,9 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers(gpu: &Gpu) {
     for others in [0, 20] {
         let dim = (0..others).map(|i| Light::point(Vec3::new(0.0, 0.5 + 0.01 * i as f32, 9.0), Vec3::splat(1e-6)));
         let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
-        let settings = Settings {
-            accumulate: 16,
-            // Without filter, which blurs the light next to the panel.
-            indirect: Indirect::from(Sampled { filter_radius: 0, ..Sampled::default() }.one_bounce()),
-            ..Settings::default()
-        };
+        // Without filter, which blurs the light next to the panel.
+        let unfiltered = Sampled { filter_radius: 0, ..Sampled::default() }.one_bounce();
+        let settings = Settings::default().with_accumulate(16).with_indirect(unfiltered);
         let actual = accumulated(gpu, &lit, &camera, settings);
         // Squares of 64 pixels reduce the noise of both close to the panel to 3 % at the median, from 9 % for single pixels.
         let [actual, expected] = [&actual, &expected].map(|image| image.box_downsampled(8).unwrap());
@@ -208,7 +205,7 @@ fn gpu_points_and_areas_are_the_same_with_every_culling_technique(gpu: &Gpu) {
         *light = Light { range, ..area };
     }
     let rendering =
-        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
+        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings::direct_light().with_culling(culling));
     let all = rendering(&scene, Culling::NONE);
     let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
     for culling in cullings() {
@@ -240,7 +237,7 @@ fn gpu_views_of_rays_count_those_to_areas(gpu: &Gpu) {
     scene.meshes[0].primitives.truncate(1);
     scene.lights.truncate(1);
     let view = |view| {
-        let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_debug_view(Some(view)).with_shadows(Shadows::BVH);
         render(gpu, &scene, &camera, SIZE, settings)
     };
     let (fractions, rays) = (view(DebugView::Visibility), view(DebugView::RayCount));

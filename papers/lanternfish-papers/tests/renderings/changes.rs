@@ -3,7 +3,7 @@
 use glam::{Affine3A, Quat, Vec3};
 use lanternfish::{
     Change, GpuScene, Renderer, Settings,
-    settings::{Culling, DebugView, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
+    settings::{Culling, DebugView, Indirect, Samples, Shadows, ToneMap, Tracer},
     techniques::{Sampled, SampledLights},
 };
 use lanternfish_gpu::testing;
@@ -91,21 +91,18 @@ fn come_or_go(scene: &mut Scene, random: &mut Random) {
 fn settings() -> Vec<Settings> {
     let few = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..Sampled::default() };
     let sampled = Sampled { tracer: Tracer::BVH.into(), ..few };
-    let usual = Settings { shadows: Shadows::BVH, indirect: Indirect::from(sampled), ..Settings::direct_light() };
-    let direct = || Settings { indirect: Indirect::NONE, ..usual.clone() };
+    let usual = Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(sampled);
+    let direct = || usual.clone().with_indirect(Indirect::NONE);
     vec![
         usual.clone(),
         direct(),
-        Settings { culling: Culling::NONE, ..direct() },
-        Settings { direct: SampledLights::default().into(), ..direct() },
-        Settings { samples: Samples::Four, ..direct() },
-        Settings { tone_map: ToneMap::None, ..usual.clone() },
-        Settings {
-            indirect: Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
-            ..usual.clone()
-        },
-        Settings { occlusion: Occlusion::from(Hbao { radius: 0.5 }), ..direct() },
-        Settings { debug_view: Some(DebugView::LightCount), ..direct() },
+        direct().with_culling(Culling::NONE),
+        direct().with_direct(SampledLights::default()),
+        direct().with_samples(Samples::Four),
+        usual.clone().with_tone_map(ToneMap::None),
+        usual.clone().with_indirect(VirtualLights { count: 256, ..VirtualLights::default() }),
+        direct().with_occlusion(Hbao { radius: 0.5 }),
+        direct().with_debug_view(Some(DebugView::LightCount)),
     ]
 }
 

@@ -24,7 +24,7 @@ fn gpu_empty_scenes_show_the_sky(gpu: &Gpu) {
                 let front = Front::render(
                     gpu,
                     &scene,
-                    Settings { shadows, culling: culling.clone(), ..Settings::direct_light() },
+                    Settings::direct_light().with_shadows(shadows).with_culling(culling.clone()),
                 );
                 assert!(
                     front.0.radiance.iter().all(|texel| *texel == [sky.x, sky.y, sky.z, 0.0]),
@@ -42,8 +42,7 @@ fn gpu_a_scene_without_lights_is_dark_except_for_emission(gpu: &Gpu) {
     let lit = render(gpu, &scene, &camera, (40, 40), Settings::direct_light());
     scene.lights.clear();
     for culling in [Culling::NONE, Culling::default()] {
-        let dark =
-            render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
+        let dark = render(gpu, &scene, &camera, (40, 40), Settings::direct_light().with_culling(culling.clone()));
         let bright =
             |rendering: &lanternfish::RenderedImage| rendering.radiance.iter().filter(|texel| texel[0] > 0.0).count();
         // The lamp is an emissive quad.
@@ -60,7 +59,7 @@ fn gpu_any_size_shows_the_same_scene(gpu: &Gpu) {
     scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(1.0), 1, 0.0));
     for size in [(1, 1), (1, 9), (9, 1), (37, 23), (16, 16), (17, 33)] {
         for view in [None, Some(DebugView::NormalImproved), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
-            let settings = |culling| Settings { culling, debug_view: view, ..Settings::direct_light() };
+            let settings = |culling| Settings::direct_light().with_culling(culling).with_debug_view(view);
             let tiled = render(gpu, &scene, &camera, size, settings(Culling::default()));
             assert_eq!(tiled.radiance.len(), (size.0 * size.1) as usize);
             assert_eq!(tiled.display.len(), tiled.radiance.len());
@@ -90,12 +89,13 @@ fn gpu_debug_views_do_not_change_the_radiance(gpu: &Gpu) {
         };
         // Another view needs indirect light to show any.
         let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::NONE };
-        let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
+        let settings =
+            Settings::direct_light().with_debug_view(Some(view)).with_occlusion(occlusion).with_indirect(indirect);
         let rendering = render(gpu, &scene, &camera, (40, 30), settings.clone());
         if view == DebugView::BaseColor {
             assert_ne!(bits(&rendering), bits(&plain));
         } else if view == DebugView::Indirect {
-            let with_indirect = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: None, ..settings });
+            let with_indirect = render(gpu, &scene, &camera, (40, 30), settings.with_debug_view(None));
             assert_eq!(bits(&rendering), bits(&with_indirect), "{view}");
         } else {
             assert_eq!(bits(&rendering), bits(&plain), "{view}");
@@ -103,7 +103,7 @@ fn gpu_debug_views_do_not_change_the_radiance(gpu: &Gpu) {
         if view == DebugView::Nan {
             assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "NaN in some pixel");
             // This view shows the result of several samples.
-            let samples = Settings { debug_view: Some(view), samples: Samples::Four, ..Settings::direct_light() };
+            let samples = Settings::direct_light().with_debug_view(Some(view)).with_samples(Samples::Four);
             let rendering = render(gpu, &scene, &camera, (40, 30), samples);
             assert!(rendering.display.iter().all(|texel| texel[0] == texel[1]), "NaN in some sample");
         }
@@ -135,7 +135,7 @@ fn gpu_every_ray_culling_renders_without_depth(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     for ray_culling in RayCulling::ALL.iter().copied() {
         for size in [(1, 1), (2, 2), (3, 1)] {
-            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            let settings = Settings::direct_light().with_ray_culling(ray_culling).with_shadows(Shadows::BVH);
             let rendering = render(gpu, &scene, &scene.cameras[0], size, settings);
             assert!(rendering.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
         }

@@ -65,7 +65,7 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
 fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
     let (scene, camera) = cornell_in_rain(1);
     let rendering =
-        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
+        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings::direct_light().with_culling(culling));
     let all = rendering(&scene, Culling::NONE);
     let mut listed = Vec::new();
     for culling in all_cullings() {
@@ -100,7 +100,7 @@ fn gpu_views_that_share_clusters_equal_single_views(gpu: &Gpu) {
     head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
     let renderings = |cameras: &[Camera], culling, samples| {
-        let settings = Settings { culling, samples, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_culling(culling).with_samples(samples);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
         let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.into())).collect();
@@ -158,7 +158,7 @@ fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges(gpu: &Gpu) {
 /// Root mean square errors with one and with four samples per pixel, against an image `fine` times as wide and high.
 fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
     let rendering = |samples, scale: u32| {
-        let settings = Settings { samples, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_samples(samples);
         linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
     };
     // Values above the display range are ignored: highlights are not triangle edges.
@@ -185,7 +185,7 @@ fn gpu_images_are_the_same_from_run_to_run(gpu: &Gpu) {
 }
 
 fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
-    let settings = || Settings { shadows: Shadows::BVH, culling: culling.clone(), ..Settings::direct_light() };
+    let settings = || Settings::direct_light().with_shadows(Shadows::BVH).with_culling(culling.clone());
     let first = render(gpu, scene, camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
@@ -218,9 +218,9 @@ fn gpu_texture_arrays_do_not_change_pixels(gpu: &Gpu) {
     let (scene, camera) = atrium();
     // Means of frames use other texture gradients.
     for accumulate in [1, 3] {
-        let usual = Settings { accumulate, shadows: Shadows::None, ..Settings::direct_light() };
+        let usual = Settings::direct_light().with_accumulate(accumulate).with_shadows(Shadows::None);
         let rendering =
-            |scene: &Scene, textures| render(gpu, scene, &camera, SIZE, Settings { textures, ..usual.clone() });
+            |scene: &Scene, textures| render(gpu, scene, &camera, SIZE, usual.clone().with_textures(textures));
         let array = rendering(&scene, TextureBinding::Array);
         assert_eq!(differing(&rendering(&scene, TextureBinding::PerMaterial), &array), 0);
         // Negative control: with the textures in another order.
@@ -237,7 +237,7 @@ fn gpu_a_thousand_lights_over_one_tile(gpu: &Gpu) {
     scene.lights = generate::light_rain(&scene.bounds(), 1000, Some(3.0), 5, 0.0);
     let rendering = |culling, count: usize| {
         let scene = Scene { lights: scene.lights[..count].to_vec(), ..scene.clone() };
-        render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Settings::direct_light() })
+        render(gpu, &scene, &camera, (16, 16), Settings::direct_light().with_culling(culling))
     };
     let all = rendering(Culling::NONE, 1000);
     let tiled = rendering(Culling::default(), 1000);
@@ -266,8 +266,10 @@ fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let rendering = |ray_culling, ray_range_culling| {
-            let settings =
-                Settings { ray_culling, ray_range_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
+            let settings = Settings::direct_light()
+                .with_ray_culling(ray_culling)
+                .with_ray_range_culling(ray_range_culling)
+                .with_shadows(Shadows::BVH);
             render(gpu, &scene, &camera, SIZE, settings)
         };
         let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
@@ -311,7 +313,7 @@ fn gpu_tracers_agree(gpu: &Gpu) {
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let rendering = |gpu: &Gpu, shadows| {
-            render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() })
+            render(gpu, &scene, &camera, (320, 180), Settings::direct_light().with_shadows(shadows))
         };
         let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| rendering(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;

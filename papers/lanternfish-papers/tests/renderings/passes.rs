@@ -4,7 +4,7 @@ use std::{collections::HashSet, env, fs, path::Path};
 
 use lanternfish::{
     Settings,
-    settings::{Culling, History, Indirect, Occlusion, Preset, Samples, Shadows},
+    settings::{Culling, History, Indirect, Preset, Samples, Shadows},
     techniques::{Probes, Sampled, SampledLights, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -18,32 +18,29 @@ const WRITE: &str = "LANTERNFISH_WRITE_PASSES";
 
 /// Headings, and settings whose frame the section is of.
 fn sections() -> Vec<(&'static str, Settings)> {
-    let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = |indirect: Indirect| Settings { indirect, ..direct() };
+    let direct = || Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = |indirect: Indirect| direct().with_indirect(indirect);
     let tiled = Culling::from(Tiled::default());
     let within = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
     vec![
         ("Direct light: clustered culling, shadows through the BVH", direct()),
-        ("Tiled culling", Settings { culling: tiled, ..direct() }),
-        ("Raster grid culling", Settings { culling: RasterGrid::default().into(), ..direct() }),
+        ("Tiled culling", direct().with_culling(tiled)),
+        ("Raster grid culling", direct().with_culling(RasterGrid::default())),
         (
             "Sampled direct light, with history",
-            Settings { direct: SampledLights::default().into(), history: History::On, ..direct() },
+            direct().with_direct(SampledLights::default()).with_history(History::On),
         ),
-        ("The preset for moving views", Settings { shadows: Shadows::BVH, ..Settings::of_preset(Preset::Realtime) }),
-        ("Four samples per pixel", Settings { samples: Samples::Four, ..direct() }),
-        ("Mean of two frames", Settings { accumulate: 2, ..direct() }),
+        ("The preset for moving views", Settings::of_preset(Preset::Realtime).with_shadows(Shadows::BVH)),
+        ("Four samples per pixel", direct().with_samples(Samples::Four)),
+        ("Mean of two frames", direct().with_accumulate(2)),
         ("Indirect light: rays and radiance cache (default)", indirect(Sampled::default().into())),
-        ("The same with history", Settings { history: History::On, ..indirect(Sampled::default().into()) }),
+        ("The same with history", indirect(Sampled::default().into()).with_history(History::On)),
         ("Indirect light: screen probes", indirect(Probes::default().into())),
         ("Indirect light: rays through deep images", indirect(within.into())),
         ("Indirect light: virtual lights", indirect(VirtualLights::default().into())),
         ("Indirect light: photon splatting", indirect(PhotonSplatting::default().into())),
-        (
-            "Ambient visibility through deep images",
-            Settings { occlusion: Occlusion::from(Deep::default()), ..direct() },
-        ),
-        ("Ambient visibility in screen space", Settings { occlusion: Occlusion::from(Hbao::default()), ..direct() }),
+        ("Ambient visibility through deep images", direct().with_occlusion(Deep::default())),
+        ("Ambient visibility in screen space", direct().with_occlusion(Hbao::default())),
     ]
 }
 

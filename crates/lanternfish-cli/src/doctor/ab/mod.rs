@@ -94,7 +94,7 @@ fn engine(bench: &Bench, variant: &Variant) -> Result<Engine, CliError> {
 }
 
 fn settings(through: Tracer) -> Settings {
-    Settings { shadows: Shadows::Traced(through), ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::Traced(through))
 }
 
 impl Traced {
@@ -197,8 +197,8 @@ pub fn in_frames(bench: &Bench, extent: &Extent, variant: &Variant, rates: &mut 
     }
     let engine = engine(bench, variant)?;
     let scene = atrium(LIGHTS)?;
-    let all = Settings { samples: Samples::One, ..Settings::default() };
-    let all = Settings { shadows: Shadows::Traced(variant.tracer), ..all };
+    let all = Settings::default().with_samples(Samples::One);
+    let all = all.with_shadows(Shadows::Traced(variant.tracer));
     let size = if extent.is_software { [160, 90] } else { [1920, 1080] };
     for (name, settings) in [("direct light", settings(variant.tracer)), ("all light", all)] {
         let timed = frame(bench, &engine, name, &scene, size, settings);

@@ -3,7 +3,7 @@ use std::fs;
 use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
 use lanternfish::{
-    settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
+    settings::{DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
     techniques::{Clustered, TileSize, Tiled},
 };
 use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet, Hbao, RasterGrid};
@@ -47,24 +47,20 @@ fn many_settings() -> Vec<Settings> {
     let mut all = vec![
         Settings::default(),
         Settings::direct_light(),
-        Settings { accumulate: 64, exposure: Exposure::Ev(-1.3), tone_map: ToneMap::Aces, ..Settings::default() },
-        Settings { accumulate: 64, samples: Samples::One, ..Settings::default() },
-        Settings { culling: Culling::from(tiled), shadows: Shadows::None, shadow_rays: 3, ..Settings::direct_light() },
-        Settings { culling: Culling::from(RasterGrid::default()), ..Settings::direct_light() },
-        Settings { culling: Culling::from(Clustered::default()), light_radius: 0.123, ..Settings::default() },
-        Settings { occlusion: Occlusion::from(Hbao::default()), samples: Samples::Four, ..Settings::direct_light() },
-        Settings {
-            debug_view: Some(DebugView::LightCount),
-            textures: TextureBinding::PerMaterial,
-            ..Settings::default()
-        },
+        Settings::default().with_accumulate(64).with_exposure(Exposure::Ev(-1.3)).with_tone_map(ToneMap::Aces),
+        Settings::default().with_accumulate(64).with_samples(Samples::One),
+        Settings::direct_light().with_culling(tiled).with_shadows(Shadows::None).with_shadow_rays(3),
+        Settings::direct_light().with_culling(RasterGrid::default()),
+        Settings::default().with_culling(Clustered::default()).with_light_radius(0.123),
+        Settings::direct_light().with_occlusion(Hbao::default()).with_samples(Samples::Four),
+        Settings::default().with_debug_view(Some(DebugView::LightCount)).with_textures(TextureBinding::PerMaterial),
     ];
     all.extend(Preset::ALL.iter().map(|preset| Settings::of_preset(*preset)));
-    all.extend(Indirect::all().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
-    all.extend(Occlusion::all().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
+    all.extend(Indirect::all().into_iter().map(|indirect| Settings::default().with_indirect(indirect)));
+    all.extend(Occlusion::all().into_iter().map(|occlusion| Settings::direct_light().with_occlusion(occlusion)));
     let images =
         DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 5 }, ..DeepImageSettings::default() };
-    all.push(Settings { range_threshold: 0.0031, structure: images.into(), ..Settings::direct_light() });
+    all.push(Settings::direct_light().with_range_threshold(0.0031).with_structure(images));
     all
 }
 
@@ -103,11 +99,27 @@ fn window_states_survive_a_round_trip() {
     }
 }
 
+/// Settings of every technique survive a round trip as data. What no parameter holds is refused, not lost.
+#[test]
+fn settings_are_data() {
+    lanternfish_papers::register();
+    for settings in many_settings() {
+        let text = serde_json::to_string(&settings).unwrap();
+        assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
+    }
+    let images = DeepImageSettings { store: DeepStore::ALL[1], ..DeepImageSettings::default() };
+    let error = serde_json::to_string(&Settings::default().with_structure(images)).unwrap_err().to_string();
+    assert!(error.contains("values without a parameter"), "{error}");
+    let text = r#"{ "structure": { "deep-images": { "deep-directions": "zonal:0" } } }"#;
+    let error = serde_json::from_str::<Settings>(text).unwrap_err().to_string();
+    assert!(error.contains("deep-directions = zonal:0: 0 directions: expected 1 to 4096"), "{error}");
+}
+
 #[test]
 fn a_command_line_omits_flags_without_effect() {
     let (opened, scene) = opened("--seed=7");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
-    let settings = Settings { tone_map: ToneMap::Aces, ..opened.shot.args.settings() };
+    let settings = opened.shot.args.settings().with_tone_map(ToneMap::Aces);
     let shown = Shown {
         settings: &settings,
         scene: &scene,

@@ -32,7 +32,7 @@ fn draw_slices(viewport: &mut Viewport, camera: &Camera) -> usize {
 /// The last complete image stays while a frame is in slices, also when the size changes. Each image equals that of whole frames.
 #[gpu_test]
 fn gpu_the_last_complete_image_stays_until_the_next_is_complete(gpu: &Gpu) {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let apart = || Some(Arc::new(Gpu::open_listed(&gpu.description).unwrap()));
     for interface in [None, apart()] {
         let mut whole = cornell(gpu, &settings);
@@ -58,7 +58,7 @@ fn gpu_the_last_complete_image_stays_until_the_next_is_complete(gpu: &Gpu) {
 /// A change of the scene in the middle of a frame: the next frames equal those of a new viewport.
 #[gpu_test]
 fn gpu_a_scene_may_change_between_slices(gpu: &Gpu) {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut viewport = cornell(gpu, &settings).of_window(None);
     let camera = viewport.scene.default_camera(1.5);
     draw_slices(&mut viewport, &camera);

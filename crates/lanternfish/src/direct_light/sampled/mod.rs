@@ -217,7 +217,7 @@ impl SampledPasses {
             least_in_reach: None,
             counted: None,
             technique,
-            frames: settings.accumulate,
+            frames: settings.image.accumulate,
             trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
             smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light", &[DEVIATIONS])?,
         })

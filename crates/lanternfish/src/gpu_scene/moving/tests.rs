@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    settings::{DebugView, Indirect, Shadows, Tracer},
+    settings::{DebugView, Shadows, Tracer},
     techniques::Sampled,
     testing::{quad, scene_of},
 };
@@ -259,7 +259,8 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
 #[gpu_test]
 fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
     let test = "gpu_deformations_on_device_and_host_agree";
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let Some(gpu) = testing::gpu(test) else { return };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     compare(gpu, &renderer, "generated", &scene());
     for sample in [
@@ -283,9 +284,9 @@ fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
 
 #[gpu_test]
 fn gpu_unsupported_animations_are_refused_by_name(gpu: &Gpu) {
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
-    let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
+    let lit = direct.clone().with_indirect(sampled);
     let mut dark = scene();
     dark.motion.lights.clear();
     let mut shining = dark.clone();
@@ -329,7 +330,7 @@ fn gpu_unsupported_animations_are_refused_by_name(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_motion_includes_deformation_on_the_device(gpu: &Gpu) {
     let scene = scene();
-    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Motion));
     let shown = |by_device: bool| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -357,7 +358,7 @@ fn gpu_motion_includes_deformation_on_the_device(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_mirroring_an_instance_resets_motion(gpu: &Gpu) {
     let scene = scene();
-    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Motion));
     let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();

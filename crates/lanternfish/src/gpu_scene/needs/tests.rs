@@ -6,27 +6,27 @@ use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, testing};
 use crate::{
     RenderError, Settings,
     rays::{RayTracer, TracedRay},
-    settings::{Attenuation, DebugView, Indirect, Materials, Shadows, TextureBinding, Tracer},
+    settings::{Attenuation, DebugView, Materials, Shadows, TextureBinding, Tracer},
     techniques::Sampled,
     testing::shared::{camera, renderer, scene, shared_and_refused},
 };
 
 /// Settings with different requirements of a scene.
 fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
-    let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let direct = || Settings::direct_light().with_shadows(Shadows::BVH);
     let indirect = |tracer: Tracer| {
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
-        Settings { indirect: Indirect::from(sampled), ..direct() }
+        direct().with_indirect(sampled)
     };
     let mut choices = vec![
-        ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
+        ("no shadows", direct().with_shadows(Shadows::None)),
         ("bvh", direct()),
-        ("lambert", Settings { materials: Materials::Lambert, ..direct() }),
-        ("base colour", Settings { debug_view: Some(DebugView::BaseColor), ..direct() }),
-        ("physical", Settings { attenuation: Attenuation::Physical, ..direct() }),
-        ("soft", Settings { light_radius: 0.1, ..direct() }),
-        ("textures per material", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
-        ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::BVH) }),
+        ("lambert", direct().with_materials(Materials::Lambert)),
+        ("base colour", direct().with_debug_view(Some(DebugView::BaseColor))),
+        ("physical", direct().with_attenuation(Attenuation::Physical)),
+        ("soft", direct().with_light_radius(0.1)),
+        ("textures per material", direct().with_textures(TextureBinding::PerMaterial)),
+        ("indirect, bvh", indirect(Tracer::BVH).with_shadows(Shadows::None)),
     ];
     if has_ray_query {
         choices.push(("indirect, ray query", indirect(Tracer::RAY_QUERY)));
@@ -55,9 +55,9 @@ fn is_other_device<T: std::fmt::Debug>(result: Result<T, RenderError>) {
 
 #[gpu_test]
 fn gpu_tracing_requires_the_uploaded_structure(gpu: &Gpu) {
-    let without = renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let without = renderer(gpu, Settings::direct_light().with_shadows(Shadows::None));
     let mut uploaded = without.upload(&scene()).unwrap();
-    let mut tracing = renderer(gpu, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+    let mut tracing = renderer(gpu, Settings::direct_light().with_shadows(Shadows::BVH));
     is_other_settings(tracing.update(&mut uploaded, &scene()));
     is_other_settings(tracing.refine(&uploaded, &[(&camera(), [16, 12])]));
 
@@ -74,7 +74,7 @@ fn gpu_tracing_requires_the_uploaded_structure(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_a_scene_of_another_device_is_refused(gpu: &Gpu) {
     let other = Gpu::open(&AdapterChoice::Auto).unwrap();
-    let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let direct = || Settings::direct_light().with_shadows(Shadows::BVH);
     let mut uploaded = renderer(&other, direct()).upload(&scene()).unwrap();
     let mut renderer = renderer(gpu, direct());
     is_other_device(renderer.render(&uploaded, &camera(), [16, 12]));

@@ -49,7 +49,7 @@ fn few_rays() -> Sampled {
 }
 
 fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
-    Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(shadows)).unwrap()
 }
 
 fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> RenderedImage {
@@ -104,8 +104,8 @@ fn gpu_an_environment_is_replaced_in_place(gpu: &Gpu) {
     let mut scene = scene();
     let pixels = (0..32).map(|i| Vec3::new(i as f32, 4.0, 32.0 - i as f32) / 16.0).collect();
     scene.environment = Some(Environment { width: 8, height: 4, pixels, rotation: 0.0 });
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    for settings in [Settings { indirect: Indirect::from(few_rays()), ..direct.clone() }, direct] {
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    for settings in [direct.clone().with_indirect(few_rays()), direct] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let before = uploaded.triangle_order();
@@ -137,16 +137,16 @@ fn gpu_moves_on_device_and_host_agree(gpu: &Gpu) {
     let mut before = scene();
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
-    let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
+    let direct = |shadows| Settings::direct_light().with_shadows(shadows);
     let requested = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
-        ("sampled", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::BVH) }),
-        ("sampled, and ray query", Settings { indirect: Indirect::from(few_rays()), ..direct(Shadows::RAY_QUERY) }),
+        ("sampled", direct(Shadows::BVH).with_indirect(few_rays())),
+        ("sampled, and ray query", direct(Shadows::RAY_QUERY).with_indirect(few_rays())),
         ("nothing traced", direct(Shadows::None)),
     ];
     for (name, settings) in requested {
-        if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
+        if settings.shadows.technique == Shadows::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(test, "this adapter has no ray query");
             continue;
         }
@@ -263,9 +263,9 @@ fn gpu_update_writes_material_factors(gpu: &Gpu) {
         ("normal scale", |m| m.normal_scale = 0.3),
         ("unlit", |m| m.unlit = true),
     ];
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
     // The same with hit shading.
-    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
+    let indirect = direct.clone().with_indirect(few_rays());
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();

@@ -197,7 +197,7 @@ impl SampledLight {
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
         Ok(Self {
             settings: sampled,
-            frames: settings.accumulate,
+            frames: settings.image.accumulate,
             rays: RayPasses::new(device, &sampled, structure, exact, &[])?,
             cache: match sampled.hit_light {
                 HitLight::Shaded => None,

@@ -213,7 +213,7 @@ impl IndirectTechnique for Sampled {
         tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
         // Lambertian surfaces have no glossy lobe.
-        let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.glossy_rays };
+        let glossy_rays = if settings.materials.model == Materials::Lambert { 0 } else { self.glossy_rays };
         let sampled = Self { glossy_rays, ..*self };
         Ok(Box::new(SampledLight::new(device, sampled, settings, tracer)?))
     }

@@ -9,7 +9,7 @@ fn in_bands_of(gpu: &Gpu, rows: u32, rays: Sampled, accumulate: u32) -> Vec<Vec3
     let width = size.x.div_ceil(if rays.resolution == IndirectResolution::Half { 2 } else { 1 });
     let most = MOST_IRRADIANCE_BYTES_IN_TESTS.replace(u64::from(48 * width * rows));
     let scene = demo("cornell").unwrap();
-    let image = image_of(gpu, size, Settings { accumulate, ..settings(rays) }, &scene, &scene.cameras[0]);
+    let image = image_of(gpu, size, settings(rays).with_accumulate(accumulate), &scene, &scene.cameras[0]);
     MOST_IRRADIANCE_BYTES_IN_TESTS.set(most);
     image
 }

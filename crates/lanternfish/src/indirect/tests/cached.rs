@@ -14,7 +14,7 @@ fn cached(tracer: Tracer, bounces: Bounces) -> Sampled {
 }
 
 pub(super) fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
-    Settings { accumulate, ..settings(rays) }
+    settings(rays).with_accumulate(accumulate)
 }
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
@@ -23,8 +23,7 @@ const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
 #[gpu_test]
 fn gpu_cached_light_matches_shaded_hits(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let direct =
-        rendering(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
+    let direct = rendering(gpu, over_frames(sampled(Tracer::BVH), 8).with_indirect(Indirect::NONE), &scene, &camera);
     let indirect = |rays| mean(&rendering(gpu, over_frames(rays, 8), &scene, &camera)) - mean(&direct);
     let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::BVH, Bounces::ONE) };
     let expected = indirect(shaded);
@@ -77,7 +76,7 @@ fn gpu_every_bounce_matches_path_tracer(gpu: &Gpu) {
     for (name, scene, camera, samples) in
         [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), 256), ("hall", hall, inside, 128)]
     {
-        let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
+        let direct = over_frames(sampled(Tracer::BVH), 16).with_indirect(Indirect::NONE);
         let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
         let indirect = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera))
             - mean(&rendering(gpu, direct, &scene, &camera));
@@ -94,7 +93,7 @@ fn gpu_every_bounce_matches_path_tracer(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_counted_bounces_match_path_tracer(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
+    let direct = over_frames(sampled(Tracer::BVH), 16).with_indirect(Indirect::NONE);
     let direct = mean(&rendering(gpu, direct, &scene, &camera));
     let of = |depth| mean(&traced(&scene, &camera, depth, 256));
     let traced: Vec<f64> = (2..=6).map(of).collect();
@@ -114,7 +113,7 @@ fn gpu_counted_bounces_match_path_tracer(gpu: &Gpu) {
 fn gpu_counted_bounces_survive_migration(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let entries = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
-    let settings = Settings { history: History::On, ..settings(entries) };
+    let settings = settings(entries).with_history(History::On);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut light = |frames: usize| {
@@ -148,7 +147,7 @@ fn gpu_cached_light_is_reproducible(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_a_full_cache_loses_no_light_of_one_bounce(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
+    let none = over_frames(sampled(Tracer::BVH), 8).with_indirect(Indirect::NONE);
     let direct = mean(&image_of(gpu, LARGE, none, &scene, &camera));
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();

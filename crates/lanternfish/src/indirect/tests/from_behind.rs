@@ -5,8 +5,7 @@ use lanternfish_gpu::testing;
 use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scene, Texture, TextureRef};
 
 use crate::{
-    Settings,
-    settings::{Direct, Indirect, Samples, Tracer},
+    settings::{Indirect, Samples, Tracer},
     techniques::SampledLights,
     testing::{
         light::{SIZE, closed_box, image_of, looking, matt, mean, off, sampled, settings, traced_of},
@@ -55,11 +54,11 @@ fn sheets() -> (Scene, Camera) {
 fn gpu_lights_behind_a_leaf_shine_through(gpu: &Gpu) {
     let (scene, camera) = sheets();
     let truth = traced_of(LARGE, &scene, &camera, 2, 64);
-    let listed = Settings { range_threshold: 1e-6, ..settings(sampled(Tracer::BVH)) };
-    let listed = Settings { indirect: Indirect::NONE, ..listed };
-    let drawn = Settings { direct: Direct::from(SampledLights::default()), ..listed.clone() };
+    let listed = settings(sampled(Tracer::BVH)).with_range_threshold(1e-6);
+    let listed = listed.with_indirect(Indirect::NONE);
+    let drawn = listed.clone().with_direct(SampledLights::default());
     // With one sample a pixel most of the difference is at edges of shadows.
-    let several = Settings { samples: Samples::Four, ..listed };
+    let several = listed.with_samples(Samples::Four);
     for (name, settings, most) in [("listed", several, 0.12), ("sampled", drawn, 0.25)] {
         let found = image_of(gpu, LARGE, settings, &scene, &camera);
         let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
@@ -108,7 +107,7 @@ fn gpu_textures_of_diffuse_transmission_are_read(gpu: &Gpu) {
     scene.textures = (0..3).map(|image| Texture { image, sampler: 0 }).collect();
     scene.lights = vec![Light::directional(Vec3::new(0.2, 0.1, 1.0), Vec3::splat(5.0))];
     let truth = traced_of(SIZE, &scene, &camera, 2, 64);
-    let direct = Settings { indirect: Indirect::NONE, ..settings(sampled(Tracer::BVH)) };
+    let direct = settings(sampled(Tracer::BVH)).with_indirect(Indirect::NONE);
     let found = image_of(gpu, SIZE, direct, &scene, &camera);
     let (energy, apart) = (mean(&found) / mean(&truth), off(&found, &truth));
     println!("energy {energy:.4}, off by {apart:.4}");

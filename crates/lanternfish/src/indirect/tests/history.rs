@@ -15,7 +15,7 @@ fn few() -> Sampled {
 }
 
 fn with_history(history: History, sampled: Sampled) -> Settings {
-    Settings { history, ..settings(sampled) }
+    settings(sampled).with_history(history)
 }
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
@@ -37,8 +37,11 @@ fn gpu_first_frame_and_its_mean_have_no_history(gpu: &Gpu) {
     for (accumulate, samples) in [(1, Samples::One), (3, Samples::One), (3, Samples::Four)] {
         for technique in &techniques {
             let of = |history| {
-                let settings =
-                    Settings { accumulate, samples, history, indirect: technique.clone(), ..settings(usual) };
+                let settings = settings(usual)
+                    .with_accumulate(accumulate)
+                    .with_samples(samples)
+                    .with_history(history)
+                    .with_indirect(technique.clone());
                 rendering(gpu, settings, &scene, &camera)
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {technique:?}");
@@ -55,7 +58,7 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
     let last = 12;
     let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
     let ground_truth = rendering(gpu, settings(many), &scene, &at(last));
-    let direct = rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
+    let direct = rendering(gpu, settings(many).with_indirect(Indirect::NONE), &scene, &at(last));
     let light = mean(&ground_truth) - mean(&direct);
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
@@ -80,12 +83,8 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
     };
-    let mean_ground_truth = rendering(
-        gpu,
-        Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) },
-        &scene,
-        &at(last),
-    );
+    let mean_ground_truth =
+        rendering(gpu, settings(Sampled { diffuse_rays: 32, ..many }).with_accumulate(32), &scene, &at(last));
     let [without, with] = [History::Off, History::On].map(rested);
     let errors = [&without.1, &with.1, &without.2, &with.2].map(|rendering| off(rendering, &mean_ground_truth));
     println!(
@@ -158,8 +157,8 @@ fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
             render(&mut renderer, &uploaded);
         });
         let mut after = |scene: &Scene| {
-            let again = Settings { accumulate: 16, ..settings(rays) };
-            let direct = mean(&rendering(gpu, Settings { indirect: Indirect::NONE, ..settings(rays) }, scene, &camera));
+            let again = settings(rays).with_accumulate(16);
+            let direct = mean(&rendering(gpu, settings(rays).with_indirect(Indirect::NONE), scene, &camera));
             let expected = mean(&rendering(gpu, again, scene, &camera)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
             let actual: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();

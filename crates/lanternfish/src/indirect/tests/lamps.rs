@@ -27,7 +27,7 @@ fn gpu_entries_near_a_lamp_match_its_light(gpu: &Gpu) {
         let x = -0.05 + 0.1 * (i as f32 + 0.5) / 24.0;
         let scene = under_a_mirror(Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE));
         let rays = into_a_mirror(HitLight::Cached, 16);
-        let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, 1) };
+        let none = over_frames(rays, 1).with_indirect(Indirect::NONE);
         let [all, direct] =
             [over_frames(rays, 1), none].map(|settings| mean(&image_of(gpu, LARGE, settings, &scene, &camera)));
         let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 64)));
@@ -53,7 +53,7 @@ fn gpu_entries_near_other_lamps_match_their_light(gpu: &Gpu) {
             let position = Vec3::new(random.between(-0.05, 0.05), 0.01, random.between(-0.05, 0.05));
             let lamp = Light { kind, direction: -Vec3::Y, range: Some(1.0), ..Light::point(position, Vec3::ONE) };
             let scene = under_a_mirror(lamp);
-            let of = |rays| mean(&rendering(gpu, Settings { attenuation, ..over_frames(rays, 1) }, &scene, &camera));
+            let of = |rays| mean(&rendering(gpu, over_frames(rays, 1).with_attenuation(attenuation), &scene, &camera));
             of(into_a_mirror(HitLight::Cached, 16)) / of(into_a_mirror(HitLight::Shaded, 16))
         });
         let actual: Vec<f64> = actual.collect();
@@ -83,7 +83,7 @@ fn gpu_few_samples_cover_many_lamps(gpu: &Gpu) {
     let of = |hit_light, cache_samples, accumulate| {
         let rays = into_a_mirror(hit_light, cache_samples);
         let all = over_frames(rays, accumulate);
-        let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, accumulate) };
+        let none = over_frames(rays, accumulate).with_indirect(Indirect::NONE);
         let [all, direct] = [all, none].map(|settings| image_of(gpu, LARGE, settings, &scene, &camera));
         let pixels: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| *all - *direct).collect();
         let block = |x: u32, y: u32| {

@@ -40,7 +40,7 @@ struct Frames<'g> {
 
 impl<'g> Frames<'g> {
     fn of(gpu: &'g Gpu, rays: Sampled, fractions: [f32; 2], changes: bool) -> Self {
-        let settings = Settings { history: History::On, ..settings(rays) };
+        let settings = settings(rays).with_history(History::On);
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut scene = two_boxes(fractions);
         scene.lights.push(Light::point(100.0 * Vec3::Y, Vec3::ONE));
@@ -72,7 +72,7 @@ fn cached(bounces: Bounces) -> Sampled {
 
 /// Mean radiance of 16 images from within the second box.
 fn settled(gpu: &Gpu, indirect: Indirect, fractions: [f32; 2]) -> f64 {
-    let settings = Settings { accumulate: 16, indirect, ..settings(cached(Bounces::ONE)) };
+    let settings = settings(cached(Bounces::ONE)).with_accumulate(16).with_indirect(indirect);
     mean(&image_of(gpu, LARGE, settings, &two_boxes(fractions), &within(4.0)))
 }
 

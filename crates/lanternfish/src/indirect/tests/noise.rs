@@ -62,7 +62,7 @@ fn gpu_clamp_removes_only_fireflies(gpu: &Gpu) {
         let kept = [1, 8, 16, 64].map(|accumulate| {
             let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
                 let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) };
-                rendering(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
+                rendering(gpu, settings(rays).with_accumulate(accumulate), &scene, &camera)
             });
             mean(&on) / mean(&off)
         });
@@ -123,7 +123,7 @@ fn gpu_both_kinds_of_rays_count_light_once(gpu: &Gpu) {
         }
         let of = |diffuse_rays, glossy_rays, accumulate| {
             let rays = Sampled { diffuse_rays, glossy_rays, resolution, hit_light, ..sampled(Tracer::BVH) };
-            mean(&rendering(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
+            mean(&rendering(gpu, settings(rays).with_accumulate(accumulate), &scene, &camera))
         };
         let actual = of(3, 1, 64) / of(1, 64, 64);
         let name = format!("roughness {perceptual_roughness}, {resolution}, {hit_light}");
@@ -257,7 +257,7 @@ fn gpu_means_of_drafts_have_no_specks(gpu: &Gpu) {
     let camera = scene.cameras[0].clone();
     let size = UVec2::splat(96);
     let of = |preset, accumulate| {
-        image_of(gpu, size, Settings { accumulate, ..Settings::of_preset(preset) }, &scene, &camera)
+        image_of(gpu, size, Settings::of_preset(preset).with_accumulate(accumulate), &scene, &camera)
     };
     let truth = of(Preset::Good, 64);
     let [one, many] = [1, 8].map(|frames| specks(&of(Preset::Draft, frames), &truth, size));

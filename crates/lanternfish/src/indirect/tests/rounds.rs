@@ -17,7 +17,7 @@ use crate::{
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_SAMPLES_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
-    image_of(gpu, LARGE, Settings { accumulate: 2, ..settings(rays) }, &scene, &scene.cameras[0])
+    image_of(gpu, LARGE, settings(rays).with_accumulate(2), &scene, &scene.cameras[0])
 }
 
 /// The image does not depend on how many sample indices are traced together.

@@ -26,9 +26,9 @@ pub(super) fn area_light(i: usize, random: &mut Random) -> Light {
 /// The shader's irradiance and distance for each light, and the sampled point of the light. `queries`: a position and the numbers that
 /// select the point.
 fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -> Vec<(Vec4, Vec3)> {
-    let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, &settings.lights())).collect();
+    let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, &settings.light_storage())).collect();
     let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
-    let count = lights::LightCount::new(packed.len() as u32, &settings.lights());
+    let count = lights::LightCount::new(packed.len() as u32, &settings.light_storage());
     let count = uniform_buffer_of(&gpu.device, "count", &count);
     let bindings = Bindings::new().buffer("lights", &buffer).buffer("light_count", &count);
     let actual = evaluate_points(gpu, "area_incidences", &bindings, queries, 2);
@@ -41,7 +41,7 @@ fn gpu_points_of_areas_shine_as_the_path_tracers(gpu: &Gpu) {
     let mut random = Random::new(8);
     let (mut lit, mut dark) = (0, 0);
     for attenuation in Attenuation::ALL.iter().copied() {
-        let settings = Settings { attenuation, range_threshold: 0.1, ..super::with_parameters() };
+        let settings = super::with_parameters().with_attenuation(attenuation).with_range_threshold(0.1);
         let (mut lights, mut queries) = (Vec::new(), Vec::new());
         for i in 0..512 {
             let range = (i % 4 < 2).then(|| random.between(1.0, 9.0));
@@ -52,8 +52,13 @@ fn gpu_points_of_areas_shine_as_the_path_tracers(gpu: &Gpu) {
         for (i, (actual, point)) in sampled(gpu, &lights, &settings, &queries).into_iter().enumerate() {
             let (light, p) = (&lights[i], queries[2 * i].truncate());
             assert!(is_on(light, point), "{point} of {light:?}");
-            let expected =
-                lanternfish_reference::incidence_from(light, point.as_dvec3(), p.into(), settings.falloff(), 0.1);
+            let expected = lanternfish_reference::incidence_from(
+                light,
+                point.as_dvec3(),
+                p.into(),
+                settings.lights.falloff(),
+                0.1,
+            );
             assert!((actual.w / expected.distance - 1.0).abs() < 1e-5, "{actual}, not {expected:?}");
             // As for lights without an area: windows that are nearly closed, and planes seen nearly edge-on.
             let unattenuated = light.greatest_intensity().max_element() * (expected.distance.powi(-2) + 1.0);

@@ -31,7 +31,7 @@ fn lights(random: &mut Random) -> Vec<Light> {
 
 /// The lights on the device.
 fn set_of(gpu: &Gpu, lights: &[Light]) -> LightSet {
-    let settings = Settings::default().lights();
+    let settings = Settings::default().light_storage();
     let packed: Vec<_> = lights.iter().map(|light| crate::lights::Light::new(light, &settings)).collect();
     let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).unwrap();
     let mut bounds = Bounds::EMPTY;

@@ -5,12 +5,12 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     Change, RenderError, RenderedImage, Renderer, Settings,
-    settings::{Attenuation, Culling, Exposure, Indirect, Samples, Shadows, ToneMap, Tracer},
+    settings::{Attenuation, Exposure, Samples, Shadows, ToneMap, Tracer},
     techniques::{Sampled, Tiled},
 };
 
 fn bvh() -> Settings {
-    Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(0.0))
 }
 
 /// The parts of an image that equal settings must reproduce.
@@ -27,18 +27,18 @@ fn gpu_a_renderer_with_changed_settings_equals_a_new_one(gpu: &Gpu) {
     let mut uploaded = renderer.upload(&scene).unwrap();
     renderer.render(&uploaded, camera, [32, 24]).unwrap();
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
-    let sampled = Settings { indirect: Indirect::from(few), ..bvh() };
-    let more = Settings { indirect: Indirect::from(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
+    let sampled = bvh().with_indirect(few);
+    let more = bvh().with_indirect(Sampled { diffuse_rays: 2, ..few });
     for (name, settings, expected) in [
         ("the same", bvh(), Change::Uniform),
-        ("a tone map", Settings { tone_map: ToneMap::Aces, ..bvh() }, Change::Uniform),
-        ("an exposure", Settings { exposure: Exposure::Ev(1.5), ..bvh() }, Change::Uniform),
-        ("automatic exposure", Settings { exposure: Exposure::Auto, ..bvh() }, Change::Relink),
-        ("a mean of frames", Settings { accumulate: 3, exposure: Exposure::Auto, ..bvh() }, Change::Uniform),
-        ("tiles", Settings { culling: Culling::from(Tiled::default()), ..bvh() }, Change::Relink),
-        ("four samples", Settings { samples: Samples::Four, ..bvh() }, Change::Relink),
-        ("no shadows", Settings { shadows: Shadows::None, ..bvh() }, Change::Relink),
-        ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
+        ("a tone map", bvh().with_tone_map(ToneMap::Aces), Change::Uniform),
+        ("an exposure", bvh().with_exposure(Exposure::Ev(1.5)), Change::Uniform),
+        ("automatic exposure", bvh().with_exposure(Exposure::Auto), Change::Relink),
+        ("a mean of frames", bvh().with_accumulate(3).with_exposure(Exposure::Auto), Change::Uniform),
+        ("tiles", bvh().with_culling(Tiled::default()), Change::Relink),
+        ("four samples", bvh().with_samples(Samples::Four), Change::Relink),
+        ("no shadows", bvh().with_shadows(Shadows::None), Change::Relink),
+        ("another attenuation", bvh().with_attenuation(Attenuation::Physical), Change::Upload),
         ("indirect light", sampled, Change::Upload),
         ("more rays", more, Change::Uniform),
         // A scene with more than the required data is accepted.
@@ -82,14 +82,14 @@ fn gpu_invalid_settings_leave_the_current_ones(gpu: &Gpu) {
     let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap());
     let before = render(&mut renderer);
     // An exposure set with `set_exposure` also changes the settings.
-    let auto = Settings { exposure: Exposure::Auto, ..bvh() };
+    let auto = bvh().with_exposure(Exposure::Auto);
     renderer.set_exposure(Exposure::Auto).unwrap();
     assert_eq!(renderer.set(auto).unwrap(), Change::Uniform);
     renderer.set(bvh()).unwrap();
     for settings in [
-        Settings { accumulate: 0, ..bvh() },
-        Settings { exposure: Exposure::Ev(f32::NAN), ..bvh() },
-        Settings { shadows: Shadows::Traced(Tracer::BVH), light_radius: -1.0, ..bvh() },
+        bvh().with_accumulate(0),
+        bvh().with_exposure(Exposure::Ev(f32::NAN)),
+        bvh().with_shadows(Shadows::Traced(Tracer::BVH)).with_light_radius(-1.0),
     ] {
         assert!(renderer.set(settings.clone()).is_err(), "{settings:?}");
         assert_eq!(renderer.settings(), &bvh());

@@ -13,19 +13,19 @@ use lanternfish_scene::{
 
 use crate::{
     FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, SurfaceSource, Target, ViewRequest,
-    settings::{Culling, DebugView, Exposure, Indirect, Materials, Samples, Shadows, ToneMap},
+    settings::{DebugView, Exposure, Materials, Samples, Shadows, ToneMap},
     techniques::{Sampled, Tiled},
 };
 
 const SIZE: [u32; 2] = [48, 32];
 
 fn bvh(settings: Settings) -> Settings {
-    Settings { shadows: Shadows::BVH, ..settings }
+    settings.with_shadows(Shadows::BVH)
 }
 
 /// Indirect light without state between frames, unlike the radiance cache: each frame is independent.
 fn one_bounce() -> Settings {
-    bvh(Settings { indirect: Indirect::from(Sampled::default().one_bounce()), ..Settings::default() })
+    bvh(Settings::default().with_indirect(Sampled::default().one_bounce()))
 }
 
 fn lit() -> Scene {
@@ -94,8 +94,8 @@ fn gpu_a_frame_in_the_callers_commands_is_the_image_to_the_bit(gpu: &Gpu) {
     for (name, settings) in [
         ("direct light", plain.clone()),
         ("indirect light", one_bounce()),
-        ("four samples", Settings { samples: Samples::Four, tone_map: ToneMap::Aces, ..plain.clone() }),
-        ("normals", Settings { debug_view: Some(DebugView::Normal), exposure: Exposure::Ev(0.0), ..plain }),
+        ("four samples", plain.clone().with_samples(Samples::Four).with_tone_map(ToneMap::Aces)),
+        ("normals", plain.with_debug_view(Some(DebugView::Normal)).with_exposure(Exposure::Ev(0.0))),
     ] {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = waiting.upload(&scene).unwrap();
@@ -395,7 +395,7 @@ fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_a_mean_continues_over_frames(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
-    let settings = Settings { accumulate: 3, ..bvh(Settings::direct_light()) };
+    let settings = bvh(Settings::direct_light()).with_accumulate(3);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let view = camera(&scene, 0);

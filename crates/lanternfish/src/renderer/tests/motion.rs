@@ -14,7 +14,7 @@ use crate::{
 const SIZE: [u32; 2] = [16, 12];
 
 fn settings(debug_view: Option<DebugView>) -> Settings {
-    Settings { debug_view, shadows: Shadows::None, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
+    Settings::direct_light().with_debug_view(debug_view).with_shadows(Shadows::None).with_exposure(Exposure::Ev(0.0))
 }
 
 fn wall() -> Scene {

@@ -13,19 +13,19 @@ use crate::{
 
 /// The same tracer on every adapter.
 fn bvh(settings: Settings) -> Settings {
-    Settings { shadows: Shadows::BVH, ..settings }
+    settings.with_shadows(Shadows::BVH)
 }
 
 /// Sampled direct light with a history.
 fn sampled() -> Settings {
-    let direct = SampledLights::default().into();
-    Settings { direct, history: History::On, ..bvh(Settings::direct_light()) }
+    let direct = SampledLights::default();
+    bvh(Settings::direct_light()).with_direct(direct).with_history(History::On)
 }
 
 /// Few rays, and few samples per entry of the radiance cache.
 fn rays() -> Settings {
     let few = Sampled { diffuse_rays: 2, glossy_rays: 1, cache_samples: 4, ..Sampled::default() };
-    Settings { indirect: few.into(), ..Settings::direct_light() }
+    Settings::direct_light().with_indirect(few)
 }
 
 #[gpu_test]
@@ -39,7 +39,7 @@ fn gpu_a_repeated_frame_allocates_nothing(gpu: &Gpu) {
             "tiled, four samples",
             false,
             Growth::Blocking,
-            Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
+            bvh(Settings::direct_light()).with_culling(tiled).with_samples(Samples::Four),
         ),
         ("sampled direct light", false, Growth::Blocking, sampled()),
         ("sampled direct light that does not wait", true, Growth::Deferred, sampled()),
@@ -47,7 +47,7 @@ fn gpu_a_repeated_frame_allocates_nothing(gpu: &Gpu) {
             "temporal antialiasing that does not wait",
             false,
             Growth::Deferred,
-            Settings { antialiasing: Antialiasing::Temporal, ..sampled() },
+            sampled().with_antialiasing(Antialiasing::Temporal),
         ),
         ("indirect light", false, Growth::Blocking, bvh(rays())),
         ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),

@@ -7,7 +7,7 @@ use lanternfish_scene::{AlphaMode, Bounds, Camera, Light, Material, Scene, gener
 use super::{MOST_IMAGES, split_for_images};
 use crate::{
     gpu_scene::{Draw, DrawAlpha, Facing, ImageBehind, Lobes},
-    settings::{Samples, Settings, Tracer},
+    settings::{Samples, Tracer},
     testing::{
         image,
         light::{image_of, looking, mean, off, sampled, settings, traced_of},
@@ -48,7 +48,7 @@ fn rows(pixels: &[Vec3]) -> [&[Vec3]; 2] {
 fn gpu_clear_glass_is_invisible_in_uniform_light(gpu: &Gpu) {
     let (mut scene, camera) = spheres(glass);
     scene.sky = Vec3::ONE;
-    let drawn = |samples| image_of(gpu, SIZE, Settings { samples, ..settings(sampled(Tracer::BVH)) }, &scene, &camera);
+    let drawn = |samples| image_of(gpu, SIZE, settings(sampled(Tracer::BVH)).with_samples(samples), &scene, &camera);
     let one = drawn(Samples::One);
     // The darkest pixel of the left third, where glass is smoothest, and the brightest of all.
     let least = one.iter().enumerate().filter(|(i, _)| i % 102 < 34).map(|(_, p)| p.x).reduce(f32::min).unwrap();

@@ -12,14 +12,12 @@ use crate::{
 
 fn settings(history: History, shadow_rays: u32) -> Settings {
     let attenuation = Attenuation::Physical;
-    Settings {
-        light_radius: 0.15,
-        shadow_rays,
-        history,
-        attenuation,
-        shadows: Shadows::BVH,
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_light_radius(0.15)
+        .with_shadow_rays(shadow_rays)
+        .with_history(history)
+        .with_attenuation(attenuation)
+        .with_shadows(Shadows::BVH)
 }
 
 /// Two lamps of different colours in the Cornell box. The blocks occlude one of them from much of the floor.
@@ -51,13 +49,16 @@ fn gpu_first_images_and_hard_shadows_are_the_same_with_a_history(gpu: &Gpu) {
     for (scene, light_radius) in [(box_of_two(), 0.15), (with_rectangle(), 0.15), (mixed.clone(), 0.15), (mixed, 0.0)] {
         for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
             let of = |history| {
-                let settings = Settings { accumulate, samples, light_radius, ..settings(history, 2) };
+                let settings = settings(history, 2)
+                    .with_accumulate(accumulate)
+                    .with_samples(samples)
+                    .with_light_radius(light_radius);
                 walked(gpu, settings, &scene, &steps(1))
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}");
         }
     }
-    let hard = |history| walked(gpu, Settings { light_radius: 0.0, ..settings(history, 2) }, &box_of_two(), &steps(4));
+    let hard = |history| walked(gpu, settings(history, 2).with_light_radius(0.0), &box_of_two(), &steps(4));
     assert!(hard(History::Off) == hard(History::On));
 }
 
@@ -67,8 +68,8 @@ fn gpu_history_reduces_soft_shadow_noise_in_motion(gpu: &Gpu) {
     let walk = steps(16);
     let last = &walk[walk.len() - 1..];
     for (which, scene) in [("disks", box_of_two()), ("a rectangle", with_rectangle())] {
-        let mean_ground_truth = walked(gpu, Settings { accumulate: 16, ..settings(History::Off, 32) }, &scene, last);
-        let hard = walked(gpu, Settings { light_radius: 0.0, ..settings(History::Off, 32) }, &scene, last);
+        let mean_ground_truth = walked(gpu, settings(History::Off, 32).with_accumulate(16), &scene, last);
+        let hard = walked(gpu, settings(History::Off, 32).with_light_radius(0.0), &scene, last);
         // Of one frame, through the pixel centres.
         let ground_truth = walked(gpu, settings(History::Off, 255), &scene, last);
         let [without, with] =
@@ -123,7 +124,7 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean(gpu: &Gpu) {
     let walks = [6, 8, 10, 12, 14, 16].map(|length| {
         let walk = steps(length);
         let last = &walk[walk.len() - 1..];
-        let ground_truth = walked(gpu, Settings { accumulate: 32, ..settings(History::Off, 32) }, &scene, last);
+        let ground_truth = walked(gpu, settings(History::Off, 32).with_accumulate(32), &scene, last);
         let [without, with] =
             [History::Off, History::On].map(|history| walked(gpu, settings(history, 4), &scene, &walk));
         [off(&without, &ground_truth), off(&with, &ground_truth), mean(&with) / mean(&ground_truth)]

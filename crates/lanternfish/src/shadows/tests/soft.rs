@@ -25,7 +25,7 @@ fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size
 }
 
 fn soft(shadow_rays: u32) -> Settings {
-    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::BVH, ..Settings::direct_light() }
+    Settings::direct_light().with_light_radius(RADIUS).with_shadow_rays(shadow_rays).with_shadows(Shadows::BVH)
 }
 
 /// A floor in the plane z = 0, a light 2 m above it, and halfway between them a sheet that covers x < 0.
@@ -61,9 +61,9 @@ fn off(actual: &[f64], unshadowed: &[f64], radius: f32) -> (f64, f64) {
 fn gpu_penumbra_is_the_visible_fraction_of_the_disk(gpu: &Gpu) {
     let (scene, camera) = edge();
     let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
-    let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::direct_light() });
+    let unshadowed = of(Settings::direct_light().with_shadows(Shadows::None));
     let [few, some, many] = [4, 16, 255].map(|rays| off(&of(soft(rays)), &unshadowed, RADIUS));
-    let converged = off(&of(Settings { accumulate: 32, ..soft(16) }), &unshadowed, RADIUS);
+    let converged = off(&of(soft(16).with_accumulate(32)), &unshadowed, RADIUS);
     println!(
         "mean and largest error of visibility: 4 rays {few:?}, 16 {some:?}, 255 {many:?}, 32 frames of 16 {converged:?}"
     );
@@ -73,10 +73,10 @@ fn gpu_penumbra_is_the_visible_fraction_of_the_disk(gpu: &Gpu) {
     assert!(some.0 < 0.03 && some.0 < few.0 && many.0 < some.0, "{few:?} {some:?} {many:?}");
     // The test can fail: with another radius, and with a point light.
     assert!(off(&of(soft(255)), &unshadowed, 1.2 * RADIUS).1 > 0.04);
-    assert!(off(&of(Settings { light_radius: 0.0, ..soft(255) }), &unshadowed, RADIUS).1 > 0.4);
+    assert!(off(&of(soft(255).with_light_radius(0.0)), &unshadowed, RADIUS).1 > 0.4);
 
     // With several samples per pixel the rays start in shading; the sums are the same.
-    let samples = off(&of(Settings { samples: Samples::Four, ..soft(255) }), &unshadowed, RADIUS);
+    let samples = off(&of(soft(255).with_samples(Samples::Four)), &unshadowed, RADIUS);
     assert!(samples.1 < 0.03, "{samples:?}");
 }
 
@@ -85,10 +85,10 @@ fn gpu_lights_without_a_size_cast_the_same_shadows(gpu: &Gpu) {
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     let of = |scene: &Scene, settings| luminance(gpu, scene, &camera, settings, (48, 40));
-    let hard = Settings { light_radius: 0.0, ..soft(16) };
+    let hard = soft(16).with_light_radius(0.0);
     assert!(of(&scene, hard.clone()) != of(&scene, soft(16)), "the radius changes nothing");
     // Unused settings change nothing, and neither does the radius of directional lights, which have none.
-    assert!(of(&scene, hard.clone()) == of(&scene, Settings { shadow_rays: 3, ..hard.clone() }));
+    assert!(of(&scene, hard.clone()) == of(&scene, hard.clone().with_shadow_rays(3)));
     scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(2.0))];
     scene.lights.push(Light::directional(Vec3::new(-0.5, -1.0, -0.8), Vec3::splat(1.0)));
     assert!(of(&scene, hard) == of(&scene, soft(16)));
@@ -116,7 +116,7 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands(gpu: &Gpu) {
     assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
     assert!(one.1 == many.1 && one.2 == many.2, "bands change the image");
     // Five rays where there was one.
-    assert_eq!(one.1, 5 * rendering(None, Settings { light_radius: 0.0, ..soft(5) }).1);
+    assert_eq!(one.1, 5 * rendering(None, soft(5).with_light_radius(0.0)).1);
     assert!(one.2 != rendering(None, soft(6)).2, "another ray changes nothing");
 }
 
@@ -124,15 +124,15 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_sixteen_rays_are_close_to_many(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
-    let of = |settings| {
-        luminance(gpu, &scene, &scene.cameras[0], Settings { attenuation: Attenuation::Physical, ..settings }, (48, 40))
+    let of = |settings: Settings| {
+        luminance(gpu, &scene, &scene.cameras[0], settings.with_attenuation(Attenuation::Physical), (48, 40))
     };
     let ground_truth = of(soft(255));
     let off = |actual: Vec<f64>| {
         let apart: f64 = actual.iter().zip(&ground_truth).map(|(a, b)| (a - b).abs()).sum();
         apart / ground_truth.iter().sum::<f64>()
     };
-    let [four, sixteen, hard] = [soft(4), soft(16), Settings { light_radius: 0.0, ..soft(1) }].map(|s| off(of(s)));
+    let [four, sixteen, hard] = [soft(4), soft(16), soft(1).with_light_radius(0.0)].map(|s| off(of(s)));
     println!("off the mean of 255 rays by: 4 rays {four}, 16 rays {sixteen}, hard {hard}");
     assert!(sixteen < 0.025 && sixteen < 0.5 * four && hard > 3.0 * sixteen, "{four} {sixteen} {hard}");
 }
@@ -144,7 +144,7 @@ fn gpu_numbers_that_make_no_sense_are_refused(gpu: &Gpu) {
         other => panic!("{other:?}"),
     };
     for light_radius in [-0.1, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(Settings { light_radius, ..Settings::direct_light() }), "`light-radius`");
+        assert_eq!(refused(Settings::direct_light().with_light_radius(light_radius)), "`light-radius`");
     }
     assert_eq!(refused(soft(0)), "`shadow-rays`");
     assert_eq!(refused(soft(256)), "`shadow-rays`");

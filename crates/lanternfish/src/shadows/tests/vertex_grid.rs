@@ -22,7 +22,7 @@ fn edited((module, from, to): (&str, &str, &str)) -> (String, String) {
 fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)], assumed_bits: Option<i32>) -> Vec<[f32; 4]> {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     edit(&engine, edits.iter().copied().map(edited).collect::<ShaderTexts>());
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut renderer = Renderer::with_engine(&engine, settings).unwrap();
     assert_eq!(renderer.vertex_grid, 0.5f32.powi(engine.subpixel_bits() as i32));
     renderer.vertex_grid = assumed_bits.map_or(renderer.vertex_grid, |bits| 0.5f32.powi(bits));

@@ -183,7 +183,7 @@ fn answer(faces: &[Face<'_>], p: Vec3, q: Vec3) -> Answer {
 fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Vec<bool> {
     let shadows = Shadows::Traced(tracer);
     let renderer =
-        Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap();
+        Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(shadows)).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let features = tracer.features(&Structure::NONE, true);
     let kernel = probe(gpu, "testing/segments", &features, "segments");

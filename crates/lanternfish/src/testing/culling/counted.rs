@@ -23,7 +23,7 @@ struct Given<'a> {
 impl Bench<'_> {
     /// The first `count` lights; if `counted`, their count is read on the device.
     fn set(&self, given: &Given<'_>, count: usize, counted: bool) -> LightSet {
-        let (device, settings) = (&self.gpu.device, Settings::direct_light().lights());
+        let (device, settings) = (&self.gpu.device, Settings::direct_light().light_storage());
         let none = wgpu::BufferUsages::empty();
         let lights = if counted { given.lights } else { &given.lights[..count] };
         let buffer = storage_buffer_of(device, "lights", lights, none).unwrap();
@@ -84,7 +84,7 @@ pub fn check_counted_sets(gpu: &Gpu, cases: &[Case]) {
             let light = Light::point(position, Vec3::ONE);
             lights::Light::new(
                 &Light { range: Some(range), kind, direction: random.direction(), ..light },
-                &settings.lights(),
+                &settings.light_storage(),
             )
         })
         .collect();

@@ -70,7 +70,7 @@ impl<'g> Bench<'g> {
             passes: LightCulling::new(&gpu.device, settings, Samples::One).unwrap(),
             pixels: probe(gpu, "testing/pixels", &[LightCulling::feature(settings)], "pixels"),
         };
-        let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::None);
         Self {
             gpu,
             renderer: Renderer::with_engine(&testing::engine(gpu), settings).unwrap(),
@@ -182,7 +182,7 @@ fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
     }
     let from_light = p_world - light.position.as_dvec3();
     let distance = from_light.length();
-    if distance >= f64::from(light.effective_range(settings.attenuation, settings.range_threshold)) {
+    if distance >= f64::from(light.effective_range(settings.lights.attenuation, settings.lights.range_threshold)) {
         return false;
     }
     match light.kind {

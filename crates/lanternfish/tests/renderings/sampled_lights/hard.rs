@@ -31,7 +31,7 @@ fn gpu_the_mean_of_frames_is_all_lights(gpu: &Gpu) {
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let mut renderer = Renderer::with_engine(&engine, sampled()).unwrap();
     let all = |scene: &Scene| {
-        let settings = Settings { direct: Direct::NONE, history: History::Off, ..sampled() };
+        let settings = sampled().with_direct(Direct::NONE).with_history(History::Off);
         linear(&render(gpu, scene, &scene.cameras[0], SIZE, settings))
     };
     for (name, scene) in [

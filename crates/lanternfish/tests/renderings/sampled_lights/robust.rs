@@ -13,7 +13,7 @@ fn image(renderer: &mut Renderer, uploaded: &lanternfish::GpuScene, scene: &Scen
 /// The number of lights changes within a scene, and single lights of a tree do.
 #[gpu_test]
 fn gpu_sampled_lights_follow_updates(gpu: &Gpu) {
-    let settings = Settings { direct: SampledLights::default().into(), history: History::Off, ..sampled() };
+    let settings = sampled().with_direct(SampledLights::default()).with_history(History::Off);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut now = cornell(10, point);
     let mut uploaded = renderer.upload(&now).unwrap();
@@ -73,7 +73,7 @@ fn gpu_extreme_lights_give_finite_sampled_light(gpu: &Gpu) {
             false,
         ),
     ];
-    let filtered = Settings { direct: SampledLights::default().into(), ..sampled() };
+    let filtered = sampled().with_direct(SampledLights::default());
     for settings in [sampled(), filtered] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         for (name, scene, is_dark) in &cases {
@@ -88,8 +88,8 @@ fn gpu_extreme_lights_give_finite_sampled_light(gpu: &Gpu) {
     // Equal lights in one place are equally likely: any of them stands for all.
     let (_, scene, _) = &cases[2];
     let of = |settings| linear(&render(gpu, scene, &scene.cameras[0], SMALL, settings));
-    let settings = Settings { history: History::Off, ..sampled() };
-    let ratio = energy(&of(settings.clone()), &of(Settings { direct: Direct::NONE, ..settings }));
+    let settings = sampled().with_history(History::Off);
+    let ratio = energy(&of(settings.clone()), &of(settings.with_direct(Direct::NONE)));
     println!("a thousand in one place: energy {ratio:.4}");
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
 }

@@ -24,16 +24,16 @@ fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings
 
 #[test]
 fn every_value_of_every_setting_has_a_row() {
-    assert_every(&Shadows::all(), |settings| settings.shadows);
-    assert_every(RayCulling::ALL, |settings| settings.ray_culling);
-    assert_every(RayRangeCulling::ALL, |settings| settings.ray_range_culling);
-    assert_every(Materials::ALL, |settings| settings.materials);
-    assert_every(TextureBinding::ALL, |settings| settings.textures);
+    assert_every(&Shadows::all(), |settings| settings.shadows.technique);
+    assert_every(RayCulling::ALL, |settings| settings.shadows.ray_culling);
+    assert_every(RayRangeCulling::ALL, |settings| settings.shadows.ray_range_culling);
+    assert_every(Materials::ALL, |settings| settings.materials.model);
+    assert_every(TextureBinding::ALL, |settings| settings.materials.textures);
 
-    assert_every(Samples::ALL, |settings| settings.samples);
-    assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
-    assert_every(&[false, true], |settings| settings.accumulate > 1);
-    assert_every(&[false, true], |settings| settings.light_radius > 0.0);
+    assert_every(Samples::ALL, |settings| settings.image.samples);
+    assert_every(Anisotropy::ALL, |settings| settings.materials.anisotropy);
+    assert_every(&[false, true], |settings| settings.image.accumulate > 1);
+    assert_every(&[false, true], |settings| settings.lights.radius > 0.0);
 
     let direct = |settings: &Settings| settings.direct.name();
     assert_every(&Direct::all().iter().map(Direct::name).collect::<Vec<_>>(), direct);
@@ -107,14 +107,14 @@ fn a_row_changes_one_setting_and_has_a_unique_name() {
         let changes = [
             s.direct != default.direct,
             s.culling != default.culling,
-            s.shadows != default.shadows,
-            s.ray_culling != default.ray_culling,
-            s.ray_range_culling != default.ray_range_culling,
-            s.materials != default.materials && row.ground_truth != GroundTruth::OneBounce,
-            s.textures != default.textures,
-            s.samples != default.samples,
-            s.anisotropy != default.anisotropy,
-            s.accumulate != default.accumulate && row.ground_truth == GroundTruth::Direct,
+            s.shadows.technique != default.shadows.technique,
+            s.shadows.ray_culling != default.shadows.ray_culling,
+            s.shadows.ray_range_culling != default.shadows.ray_range_culling,
+            s.materials.model != default.materials.model && row.ground_truth != GroundTruth::OneBounce,
+            s.materials.textures != default.materials.textures,
+            s.image.samples != default.image.samples,
+            s.materials.anisotropy != default.materials.anisotropy,
+            s.image.accumulate != default.image.accumulate && row.ground_truth == GroundTruth::Direct,
             row.ground_truth == GroundTruth::DirectSoft,
             row.ground_truth == GroundTruth::Full,
             matches!(row.ground_truth, GroundTruth::OneBounce | GroundTruth::OneBounceFile),
@@ -138,7 +138,7 @@ fn a_row_changes_one_setting_and_has_a_unique_name() {
 fn a_mean_with_all_bounces_has_the_settings_of_the_single_frame() {
     let row = |name: &str| rows().into_iter().find(|row| row.case.name == name).unwrap().case.settings;
     let mean = row(&format!("indirect sampled, {MEAN_FRAMES} frames"));
-    assert_eq!((mean.indirect.clone(), mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
+    assert_eq!((mean.indirect.clone(), mean.image.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
     assert_ne!(row("indirect sampled, best").indirect, mean.indirect);
 }
 
@@ -153,4 +153,55 @@ fn every_ground_truth_has_techniques_or_is_part_of_one() {
         let is_part = GroundTruth::ALL.iter().any(|complete| complete.without_indirect().contains(ground_truth));
         assert!(ground_truth.is_compared() || is_part, "{ground_truth}");
     }
+}
+
+/// Every setting has rows above, or a reason for none.
+#[test]
+fn every_setting_has_rows_or_a_reason() {
+    let with_rows = [
+        "direct",
+        "culling",
+        "shadows.technique",
+        "shadows.ray-culling",
+        "shadows.ray-range-culling",
+        "shadows.rays",
+        "lights.radius",
+        "materials.model",
+        "materials.textures",
+        "materials.anisotropy",
+        "image.samples",
+        "image.accumulate",
+        // With separate ground truths.
+        "indirect",
+        "occlusion",
+        "structure",
+    ];
+    let without = [
+        // Does not change a single image; measured by `lanternfish-bench history`.
+        "history",
+        // Set by the shot, for the ground truth too.
+        "lights.attenuation",
+        "lights.near-radius",
+        "lights.coefficients",
+        "lights.range-threshold",
+        // Change the display of an image, not its rendering.
+        "image.exposure",
+        "image.tone-map",
+        "image.debug-view",
+        // Antialiasing of frames of a moving view; the rows are single images.
+        "image.antialiasing",
+    ];
+    let groups = ["lights", "shadows", "materials", "image"];
+    let settings = serde_json::to_value(Settings::default()).unwrap();
+    let mut names = Vec::new();
+    for (name, value) in settings.as_object().unwrap() {
+        match value.as_object().filter(|_| groups.contains(&name.as_str())) {
+            Some(group) => names.extend(group.keys().map(|key| format!("{name}.{key}"))),
+            None => names.push(name.clone()),
+        }
+    }
+    let mut known = [&with_rows[..], &without].concat();
+    names.sort();
+    known.sort();
+    assert_eq!(names, known);
 }

@@ -28,7 +28,7 @@ use crate::{DeepBuilder, DeepImageSettings};
 
 /// Uploads for the BVH, whose triangles the builders draw.
 pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
-    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     Renderer::with_engine(&crate::testing::engine(gpu), settings).unwrap().upload(scene).unwrap()
 }
 

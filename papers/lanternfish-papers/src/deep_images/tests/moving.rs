@@ -22,8 +22,7 @@ fn gpu_deep_images_follow_moving_objects(gpu: &Gpu) {
     let before = apart(&lanternfish_scene::generate::demo("cornell").unwrap());
     let after = moved(&before, 5, 0.2);
     let renderer =
-        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() })
-            .unwrap();
+        Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(Shadows::BVH)).unwrap();
     let fresh_scene = upload(gpu, &after);
     for builder in [DeepBuilder::SinglePass, DeepBuilder::PerTriangle, DeepBuilder::PerDirection] {
         let mut uploaded = renderer.upload(&before).unwrap();
@@ -107,8 +106,7 @@ fn gpu_images_of_a_rotated_set_follow_its_axes(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_images_are_built_again_only_when_something_has_changed(gpu: &Gpu) {
     let renderer =
-        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() })
-            .unwrap();
+        Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(Shadows::BVH)).unwrap();
     let mut scene = apart(&lanternfish_scene::generate::demo("cornell").unwrap());
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut kept = KeptDeepImages::new(&gpu.device, settings(DeepBuilder::SinglePass)).unwrap();

@@ -22,7 +22,7 @@ fn gpu_ray_query_finds_what_the_bvh_finds(gpu: &Gpu) {
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let buffer = tracer.upload(&gpu.device, &rays).unwrap();
     let [bvh, ray_query] = [Tracer::BVH, Tracer::RAY_QUERY].map(|through| {
-        let settings = Settings { shadows: Shadows::Traced(through), ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_shadows(Shadows::Traced(through));
         let uploaded = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(&scene).unwrap();
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);

@@ -3,7 +3,6 @@
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
     FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest,
-    settings::Indirect,
     techniques::{IndirectClamp, Sampled},
 };
 use lanternfish_gpu::{Gpu, faulty_software};
@@ -19,11 +18,9 @@ const SIZE: [u32; 2] = [40, 30];
 fn settings(slices: u32) -> Settings {
     let clamp = IndirectClamp::Off;
     let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
-    Settings {
-        indirect: Indirect::from(Sampled { tracer: WITHIN_TEXEL.into(), ..rays }),
-        structure: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() }.into(),
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..rays })
+        .with_structure(DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() })
 }
 
 fn scene() -> Scene {

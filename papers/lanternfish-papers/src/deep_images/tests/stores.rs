@@ -55,7 +55,7 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split(gpu: &Gpu) {
     };
     let all = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| (0..sheets).map(move |i| sheet(axis, i)));
     let mut flat = scene_of(all.collect(), vec![Default::default()]);
-    let with_rays = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let with_rays = Settings::direct_light().with_shadows(Shadows::BVH);
     let renderer = Renderer::with_engine(&testing::engine(gpu), with_rays).unwrap();
     let mut scene = renderer.upload(&flat).unwrap();
     let settings = DeepImageSettings {

@@ -333,7 +333,7 @@ mod tests {
     use super::*;
 
     fn light(light: &lanternfish_scene::Light) -> Light {
-        Light::new(light, &Settings::default().lights())
+        Light::new(light, &Settings::default().light_storage())
     }
 
     fn bounds() -> Bounds {

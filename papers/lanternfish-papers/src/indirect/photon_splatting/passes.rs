@@ -118,8 +118,8 @@ impl PhotonPasses {
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         Ok(Self {
             settings: technique,
-            materials: settings.materials,
-            frames: settings.accumulate,
+            materials: settings.materials.model,
+            frames: settings.image.accumulate,
             directions: PhotonDirections::new(DeepImageSettings::of(structure).directions)?,
             views: KeptLightViews::default(),
             emit: kernel("emit", &exact.features(structure, true), "emit")?,
@@ -133,7 +133,9 @@ impl PhotonPasses {
             land: technique.conserved.then(|| trace_pass("land")).transpose()?,
             next: kernel("next", &[], "go_on")?,
             splatting: match technique.splat {
-                Splat::Raster => Splatting::Raster(SplatRaster::new(device, settings.materials == Materials::File)?),
+                Splat::Raster => {
+                    Splatting::Raster(SplatRaster::new(device, settings.materials.model == Materials::File)?)
+                }
                 Splat::Gather => Splatting::Gather {
                     culling: LightCulling::new(device, &settings.culling, Samples::One)?,
                     gather: kernel("gather", &[LightCulling::feature(&settings.culling)], "gather")?,
@@ -143,7 +145,7 @@ impl PhotonPasses {
             count: uniform_buffer_of(
                 device,
                 "indirect/photon_splatting/count",
-                &LightCount::new(0, &settings.lights()),
+                &LightCount::new(0, &settings.light_storage()),
             ),
             most_slots: u64::from(technique.chunk).min(limit) as u32,
         })

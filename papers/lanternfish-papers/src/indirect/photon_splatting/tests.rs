@@ -28,13 +28,11 @@ fn technique() -> PhotonSplatting {
 }
 
 fn settings(indirect: Indirect) -> Settings {
-    Settings {
-        indirect,
-        materials: Materials::Lambert,
-        attenuation: Attenuation::Physical,
-        range_threshold: 1e-6,
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_indirect(indirect)
+        .with_materials(Materials::Lambert)
+        .with_attenuation(Attenuation::Physical)
+        .with_range_threshold(1e-6)
 }
 
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> RenderedImage {
@@ -175,7 +173,7 @@ fn gpu_photons_are_the_same_for_every_splatting_method(gpu: &Gpu) {
     let (scene, camera) = cornell();
     let technique = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..technique() };
     let of = |technique, culling| {
-        render(gpu, Settings { culling, ..settings(Indirect::from(technique)) }, &scene, &camera, SIZE)
+        render(gpu, settings(Indirect::from(technique)).with_culling(culling), &scene, &camera, SIZE)
     };
     let all = of(technique, Culling::NONE);
     assert!(counter(&all, "splatted") > 10_000.0);
@@ -209,7 +207,7 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce(gpu: &Gpu) {
     let (scene, camera) = cornell();
     // Frames of a mean sample other positions in their pixels: all three are means of the same number of frames.
     let rendering =
-        |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
+        |indirect, accumulate| render(gpu, settings(indirect).with_accumulate(accumulate), &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
         let rays = Sampled {
             diffuse_rays: 256 / frames,
@@ -261,7 +259,7 @@ fn gpu_a_mirror_reflects_light_onto_a_wall(gpu: &Gpu) {
     scene.lights.push(Light { kind: spot, direction: Vec3::new(1.0, -1.0, 0.0).normalize(), ..light });
     let camera = looking([-0.9, 0.0, 0.0], [1.0, 0.0, 0.0]);
     let of = |technique| {
-        let settings = Settings { materials: Materials::File, ..settings(Indirect::from(technique)) };
+        let settings = settings(Indirect::from(technique)).with_materials(Materials::File);
         render(gpu, settings, &scene, &camera, SIZE)
     };
     let rendering = of(PhotonSplatting { radius: 1.0, ..technique() });

@@ -101,9 +101,9 @@ impl LightBuilder {
         let range_rays = technique.traces_ranges().then(by_range).transpose()?;
         Ok(Self {
             settings: technique,
-            materials: settings.materials,
-            threshold: settings.range_threshold,
-            coefficients: settings.attenuation_coefficients,
+            materials: settings.materials.model,
+            threshold: settings.lights.range_threshold,
+            coefficients: settings.lights.coefficients,
             raster: (technique.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(structure, false), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
@@ -115,7 +115,11 @@ impl LightBuilder {
             scan: Scan::new(device, "indirect/virtual_lights")?,
             scatter: kernel("scatter", &[], "scatter", "scatter")?,
             choose_far: kernel("scatter", &[], "choose_far", "choose_far")?,
-            count: uniform_buffer_of(device, "indirect/virtual_lights/count", &LightCount::new(0, &settings.lights())),
+            count: uniform_buffer_of(
+                device,
+                "indirect/virtual_lights/count",
+                &LightCount::new(0, &settings.light_storage()),
+            ),
             map: KeptLightViews::default(),
             lights: None,
         })

@@ -108,7 +108,7 @@ impl VirtualLightPasses {
         };
         Ok(Self {
             settings: technique,
-            frames: settings.accumulate,
+            frames: settings.image.accumulate,
             builder: LightBuilder::new(device, technique, settings, &settings.structure, exact)?,
             culling: LightCulling::new(device, &settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,

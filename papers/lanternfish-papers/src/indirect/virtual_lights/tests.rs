@@ -19,13 +19,11 @@ fn technique() -> VirtualLights {
 }
 
 fn settings(indirect: Indirect) -> Settings {
-    Settings {
-        indirect,
-        materials: Materials::Lambert,
-        attenuation: Attenuation::Physical,
-        range_threshold: 1e-6,
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_indirect(indirect)
+        .with_materials(Materials::Lambert)
+        .with_attenuation(Attenuation::Physical)
+        .with_range_threshold(1e-6)
 }
 
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> RenderedImage {
@@ -93,7 +91,7 @@ fn gpu_virtual_lights_are_the_same_with_every_culling_technique(gpu: &Gpu) {
     // Short ranges, so that lists differ from pixel to pixel; far lights, which are in none.
     let technique =
         VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..technique() };
-    let of = |culling| Settings { culling, ..settings(Indirect::from(technique)) };
+    let of = |culling| settings(Indirect::from(technique)).with_culling(culling);
     let all = render(gpu, of(Culling::NONE), &scene, &camera);
     assert!(counter(&all, "listed") > 200.0);
     for culling in Culling::all() {
@@ -265,7 +263,7 @@ fn gpu_no_lights_are_no_virtual_lights(gpu: &Gpu) {
             [Samples::One, Samples::Four].iter().flat_map(|samples| Residual::ALL.iter().map(move |r| (*samples, *r)))
         {
             let technique = VirtualLights { count: 64, residual, ..VirtualLights::default() };
-            let settings = Settings { samples, ..settings(Indirect::from(technique)) };
+            let settings = settings(Indirect::from(technique)).with_samples(samples);
             let rendering = render(gpu, settings, &scene, &lit_view());
             assert_eq!((energy(&rendering), counter(&rendering, "listed")), (0.0, 0.0));
         }
@@ -283,7 +281,7 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light(gpu: &Gpu) {
         Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     let ground_truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &lit_view())) - direct;
     let technique = VirtualLights { map: MapSize::Texels64, count: 512, ..technique() };
-    let settings = Settings { accumulate: 8, ..settings(Indirect::from(technique)) };
+    let settings = settings(Indirect::from(technique)).with_accumulate(8);
     let actual = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / ground_truth;
     // 4,096 lights in total, near the surfaces that they light: an error of 3 %.
     assert!((actual - 1.0).abs() < 0.08, "{actual}");

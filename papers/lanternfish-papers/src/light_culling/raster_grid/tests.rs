@@ -52,7 +52,7 @@ fn gpu_layers_end_where_the_scene_does(gpu: &Gpu) {
 fn gpu_a_light_is_tested_against_the_tiles_of_its_outline(gpu: &Gpu) {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let culling = Culling::from(RasterGrid::default());
-    let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_culling(culling).with_shadows(Shadows::None);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let target = scene.bounds().center();
     let light = |offset: Vec3, range| Light { range: Some(range), ..Light::point(target + offset, Vec3::ONE) };

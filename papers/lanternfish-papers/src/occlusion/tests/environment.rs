@@ -27,7 +27,7 @@ fn by_horizons() -> Occlusion {
 }
 
 fn settings(occlusion: Occlusion) -> Settings {
-    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
+    Settings::direct_light().with_occlusion(occlusion).with_shadows(Shadows::None)
 }
 
 fn rendering(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
@@ -205,7 +205,7 @@ fn gpu_light_is_the_path_tracers(gpu: &Gpu) {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
         let actual = rendering(
             gpu,
-            &Settings { structure: deep_images.into(), accumulate, ..settings(occlusion) },
+            &settings(occlusion).with_structure(deep_images).with_accumulate(accumulate),
             scene,
             &camera,
         );
@@ -229,6 +229,6 @@ fn gpu_several_samples_are_lit_as_one(gpu: &Gpu) {
     let scene = Scene { environment: Some(half_white()), ..floor(metal(0.5)) };
     let camera = looking([0.0, 1.5, 2.0], [0.0, 0.0, 0.0]);
     let [one, four] = [Samples::One, Samples::Four]
-        .map(|samples| rendering(gpu, &Settings { samples, ..settings(by_deep_images()) }, &scene, &camera));
+        .map(|samples| rendering(gpu, &settings(by_deep_images()).with_samples(samples), &scene, &camera));
     assert!(off(&four, &one) < 5e-3, "{}", off(&four, &one));
 }

@@ -19,11 +19,11 @@ const SIZE: UVec2 = UVec2::new(37, 29);
 const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
 
 fn sampled() -> Settings {
-    Settings { indirect: Indirect::from(Sampled::default()), ..Settings::direct_light() }
+    Settings::direct_light().with_indirect(Sampled::default())
 }
 
 fn occlusion(occlusion: Occlusion) -> Settings {
-    Settings { indirect: Indirect::NONE, occlusion, ..Settings::direct_light() }
+    Settings::direct_light().with_indirect(Indirect::NONE).with_occlusion(occlusion)
 }
 
 /// The mean of 16 x 16 pixels in the middle of an image from 3 m in front of the origin; a single pixel's few rays are noisy.
@@ -68,7 +68,7 @@ fn gpu_glass_tints_the_background_and_mirrors_the_foreground(gpu: &Gpu) {
     for rotation in [0.0f32, 0.8, 1.3] {
         let reflected = 0.04 + 0.96 * (1.0 - rotation.cos()).powi(5);
         let passing = (1.0 - reflected) * TINT;
-        for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+        for settings in [sampled(), sampled().with_samples(Samples::Four)] {
             let actual = middle(gpu, settings, &sheets(glass(), &[0.0], rotation));
             // The transmitted fraction is a fit.
             assert_near(actual, passing + reflected, 0.015, "a sheet of glass");
@@ -141,11 +141,11 @@ fn gpu_glass_mirrors_emitters_behind_the_viewer(gpu: &Gpu) {
     let sheet = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
     let behind = quad(1, 6.0 * Vec3::Z, -4.0 * Vec3::X, 4.0 * Vec3::Y);
     let scene = apart(&scene_of(vec![sheet, behind], vec![glass(), lamp]));
-    for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+    for settings in [sampled(), sampled().with_samples(Samples::Four)] {
         assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
     }
     // Negative control: without rays the mirror is black.
-    let dark = Settings { indirect: Indirect::NONE, ..Settings::direct_light() };
+    let dark = Settings::direct_light().with_indirect(Indirect::NONE);
     assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
 }
 
@@ -155,7 +155,7 @@ fn gpu_the_sky_lights_transparent_surfaces(gpu: &Gpu) {
     let scene = sheets(transparent(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
     for settings in [
         sampled(),
-        Settings { samples: Samples::Four, ..sampled() },
+        sampled().with_samples(Samples::Four),
         occlusion(Occlusion::from(Deep::default())),
         occlusion(Occlusion::from(Hbao { radius: 1.0 })),
     ] {

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     Settings,
-    settings::{History, Occlusion, Shadows},
+    settings::{History, Shadows},
 };
 use lanternfish_scene::{Scene, generate};
 
@@ -18,13 +18,11 @@ use crate::{
 /// Light from the environment only.
 fn settings(history: History) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 40 };
-    Settings {
-        occlusion: Occlusion::from(Deep::default()),
-        history,
-        shadows: Shadows::None,
-        structure: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() }.into(),
-        ..Settings::direct_light()
-    }
+    Settings::direct_light()
+        .with_occlusion(Deep::default())
+        .with_history(history)
+        .with_shadows(Shadows::None)
+        .with_structure(DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() })
 }
 
 /// The Cornell box without a lamp, under a sky.
@@ -40,7 +38,7 @@ fn under_sky() -> Scene {
 #[gpu_test]
 fn gpu_first_images_under_a_sky_are_the_same_with_a_history(gpu: &Gpu) {
     for accumulate in [1, 5] {
-        let of = |history| walked(gpu, Settings { accumulate, ..settings(history) }, &under_sky(), &steps(1));
+        let of = |history| walked(gpu, settings(history).with_accumulate(accumulate), &under_sky(), &steps(1));
         assert!(of(History::Off) == of(History::On), "{accumulate} frames");
     }
 }

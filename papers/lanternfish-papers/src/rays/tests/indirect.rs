@@ -25,8 +25,8 @@ use crate::{
 const TRACERS: [Tracer; 2] = [WITHIN_TEXEL, ACROSS_TEXELS];
 
 fn deep(tracer: Tracer, resolution: u32) -> Settings {
-    let structure = DeepImageSettings { resolution, ..DeepImageSettings::default() }.into();
-    Settings { structure, ..settings(sampled(tracer)) }
+    let structure = DeepImageSettings { resolution, ..DeepImageSettings::default() };
+    settings(sampled(tracer)).with_structure(structure)
 }
 
 #[gpu_test]
@@ -53,8 +53,8 @@ fn gpu_a_mirror_shows_what_is_above_it_through_deep_images(gpu: &Gpu) {
     let scene = scene_of(vec![floor, ceiling], vec![mirror, lamp]);
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in TRACERS {
-        let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() }.into();
-        let actual = rendering(gpu, Settings { structure, ..settings(sampled(tracer)) }, &scene, &camera);
+        let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() };
+        let actual = rendering(gpu, settings(sampled(tracer)).with_structure(structure), &scene, &camera);
         let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         assert!((mean / expected - 1.0).abs().max_element() < 0.02, "{tracer}: {mean}");
@@ -83,7 +83,7 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers(gpu: &Gpu) {
     let camera = scene.cameras[0].clone();
     let traced = |depth| traced_of(LARGE, &scene, &camera, depth, 192);
     let ground_truth = bounce(&traced(3), &traced(2));
-    let alone = image_of(gpu, LARGE, Settings { indirect: Indirect::NONE, ..deep(Tracer::BVH, 128) }, &scene, &camera);
+    let alone = image_of(gpu, LARGE, deep(Tracer::BVH, 128).with_indirect(Indirect::NONE), &scene, &camera);
     for tracer in TRACERS {
         let actual = bounce(&image_of(gpu, LARGE, deep(tracer, 128), &scene, &camera), &alone);
         let (off, energy) = (off(&actual, &ground_truth), mean(&actual) / mean(&ground_truth));
@@ -166,7 +166,7 @@ fn gpu_cache_entries_light_hits_of_deep_images(gpu: &Gpu) {
         bounces: Bounces::ONE,
         ..sampled(tracer)
     };
-    let over_frames = |indirect| Settings { accumulate: 8, indirect, ..settings(sampled(Tracer::BVH)) };
+    let over_frames = |indirect| settings(sampled(Tracer::BVH)).with_accumulate(8).with_indirect(indirect);
     let direct = mean(&rendering(gpu, over_frames(Indirect::NONE), &scene, &camera));
     let indirect = |rays: Sampled| mean(&rendering(gpu, over_frames(rays.into()), &scene, &camera)) - direct;
     let expected = indirect(cached(Tracer::BVH, HitLight::Shaded));
@@ -183,8 +183,8 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let of = |rounds: u64, first_entries: u32, rays: Sampled| {
         crate::testing::inside::limit_samples_and_first_entries(rounds, first_entries);
-        let structure = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() }.into();
-        let settings = Settings { accumulate: 2, structure, ..settings(rays) };
+        let structure = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
+        let settings = settings(rays).with_accumulate(2).with_structure(structure);
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, [61, 45]).unwrap().radiance
@@ -205,8 +205,8 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
 
 #[gpu_test]
 fn gpu_images_without_triangles_are_refused(gpu: &Gpu) {
-    let structure = DeepImageSettings { payload: false, ..DeepImageSettings::default() }.into();
-    let refused = Settings { structure, ..settings(sampled(WITHIN_TEXEL)) };
+    let structure = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
+    let refused = settings(sampled(WITHIN_TEXEL)).with_structure(structure);
     match Renderer::with_engine(&crate::testing::engine(gpu), refused) {
         Err(RenderError::Together { needed, .. }) => assert!(needed.contains("triangles"), "{needed}"),
         other => panic!("{other:?}"),
@@ -218,7 +218,7 @@ fn gpu_every_store_gives_the_same_light(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let of = |store, depth| {
         let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
-        let settings = Settings { structure: deep_images.into(), ..settings(sampled(WITHIN_TEXEL)) };
+        let settings = settings(sampled(WITHIN_TEXEL)).with_structure(deep_images);
         rendering(gpu, settings, &scene, &scene.cameras[0])
     };
     let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);

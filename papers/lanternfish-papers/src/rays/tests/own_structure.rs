@@ -102,8 +102,8 @@ fn gpu_a_tracer_with_its_own_structure_is_traced_without_others(gpu: &Gpu) {
     // The chosen structure belongs to another tracer.
     let structure = || Structure::from(DeepImageSettings::default());
     let settings = |tracer: Tracer| {
-        let indirect = Sampled { tracer: tracer.into(), ..Sampled::default() }.one_bounce().into();
-        Settings { shadows: Shadows::Traced(tracer), indirect, structure: structure(), ..Settings::default() }
+        let indirect = Sampled { tracer: tracer.into(), ..Sampled::default() }.one_bounce();
+        Settings::default().with_shadows(Shadows::Traced(tracer)).with_indirect(indirect).with_structure(structure())
     };
     let image = |tracer: Tracer| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(tracer)).unwrap();
@@ -114,7 +114,7 @@ fn gpu_a_tracer_with_its_own_structure_is_traced_without_others(gpu: &Gpu) {
     let (actual, expected) = (image(other), image(Tracer::BVH));
     assert_eq!(actual.0, expected.0);
     assert!(actual.1 >= Some(1) && expected.1.is_none(), "{:?}, {:?}", actual.1, expected.1);
-    let both = Settings { shadows: Shadows::Traced(WITHIN_TEXEL), ..settings(other) };
+    let both = settings(other).with_shadows(Shadows::Traced(WITHIN_TEXEL));
     let refused = Renderer::with_engine(&testing::engine(gpu), both).unwrap_err();
     assert!(matches!(refused, RenderError::Together { .. }), "{refused}");
 }

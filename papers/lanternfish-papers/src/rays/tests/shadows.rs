@@ -18,11 +18,11 @@ const SIZE: (u32, u32) = (90, 76);
 fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
     let deep_images = DeepImageSettings { directions, resolution, ..DeepImageSettings::default() };
-    Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure: deep_images.into(), ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::Traced(ACROSS_TEXELS)).with_structure(deep_images)
 }
 
 fn bvh() -> Settings {
-    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
+    Settings::direct_light().with_shadows(Shadows::BVH)
 }
 
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
@@ -56,12 +56,12 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones(gpu: &Gpu) {
     let exact = luminance(gpu, &scene, bvh());
     let of = |settings| differing(&luminance(gpu, &scene, settings), &exact);
     let [coarse, fine] = [64, 256].map(|resolution| of(deep(resolution)));
-    let none = of(Settings { shadows: Shadows::None, ..bvh() });
+    let none = of(bvh().with_shadows(Shadows::None));
     println!("lit pixels that differ from the BVH's: {coarse} with 64 texels, {fine} with 256, {none} without shadows");
     assert!(fine < 0.008 && coarse < 0.02 && none > 0.05, "{coarse} {fine} {none}");
 
     // Soft shadows as well.
-    let radius = |settings| Settings { light_radius: 0.1, ..settings };
+    let radius = |settings: Settings| settings.with_light_radius(0.1);
     let soft = luminance(gpu, &scene, radius(bvh()));
     let actual = luminance(gpu, &scene, radius(deep(256)));
     let difference: f32 = actual.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
@@ -77,7 +77,7 @@ fn gpu_known_fault_shadows_within_a_texel_have_bands(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let exact = luminance(gpu, &scene, bvh());
     let of = |tracer| {
-        let settings = Settings { shadows: Shadows::Traced(tracer), ..deep(128) };
+        let settings = deep(128).with_shadows(Shadows::Traced(tracer));
         differing(&luminance(gpu, &scene, settings), &exact)
     };
     let [within, across] = [WITHIN_TEXEL, ACROSS_TEXELS].map(of);
@@ -90,7 +90,7 @@ fn gpu_known_fault_shadows_within_a_texel_have_bands(gpu: &Gpu) {
 fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
     let of = |change: &dyn Fn(&mut Settings)| {
-        let mut settings = Settings { light_radius: 0.1, shadow_rays: 3, ..deep(64) };
+        let mut settings = deep(64).with_light_radius(0.1).with_shadow_rays(3);
         change(&mut settings);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
@@ -138,7 +138,7 @@ fn gpu_a_shadow_moves_with_its_caster(gpu: &Gpu) {
 #[gpu_test(sound_gpu)]
 fn gpu_samples_of_a_pixel_share_its_shadows(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
-    let of = |settings| luminance(gpu, &scene, Settings { samples: Samples::Four, light_radius: 0.1, ..settings });
+    let of = |settings: Settings| luminance(gpu, &scene, settings.with_samples(Samples::Four).with_light_radius(0.1));
     let exact = of(bvh());
     let difference = |actual: Vec<f32>| {
         let difference: f32 = actual.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
@@ -157,7 +157,7 @@ fn gpu_scenes_without_lights_are_dark(gpu: &Gpu) {
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     for settings in [bvh(), deep(16)] {
         for light_radius in [0.0, 0.1] {
-            let actual = luminance(gpu, &scene, Settings { light_radius, ..settings.clone() });
+            let actual = luminance(gpu, &scene, settings.clone().with_light_radius(light_radius));
             assert!(actual.iter().all(|value| *value == 0.0));
         }
     }
@@ -172,7 +172,7 @@ fn gpu_requests_beyond_deep_images_are_refused(gpu: &Gpu) {
     let mut linked = deep(16);
     linked.structure.get_mut::<DeepImageSettings>().unwrap().store = DeepStore::LinkedList;
     assert!(refused(linked).contains("linear_array"));
-    let counts = Settings { debug_view: Some(DebugView::RayCount), ..deep(16) };
+    let counts = deep(16).with_debug_view(Some(DebugView::RayCount));
     assert_eq!(refused(counts), "`shadows bvh`");
 }
 

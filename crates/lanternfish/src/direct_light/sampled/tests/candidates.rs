@@ -135,8 +135,8 @@ struct Drawn {
 
 impl Drawn {
     fn new(gpu: &Gpu, scene: &Scene, rays: u32) -> Self {
-        let direct = SampledLights::default().into();
-        let settings = Settings { direct, shadows: Shadows::None, ..Settings::direct_light() };
+        let direct = SampledLights::default();
+        let settings = Settings::direct_light().with_direct(direct).with_shadows(Shadows::None);
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let has_lamps = scene.materials.len() > 1;
         Self { scene: renderer.upload(scene).unwrap(), has_lamps, has_tiles: true, rays, choice: TREE }

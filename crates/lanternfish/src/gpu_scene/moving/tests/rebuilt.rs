@@ -14,7 +14,7 @@ use super::{
 use crate::{
     GpuScene, Renderer, Settings,
     gpu_scene::refit::{box_of, cost, outside},
-    settings::{DebugView, Indirect, Shadows, Tracer},
+    settings::{DebugView, Shadows, Tracer},
     techniques::Sampled,
     testing::{apart, moved},
 };
@@ -86,21 +86,21 @@ fn check(gpu: &Gpu, uploaded: &GpuScene, now: &Scene) {
 fn gpu_background_rebuild_renders_like_a_fresh_upload(gpu: &Gpu) {
     let test = "gpu_background_rebuild_renders_like_a_fresh_upload";
     let before = scene();
-    let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
+    let direct = |shadows| Settings::direct_light().with_shadows(shadows);
     let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
     let sampled = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual };
     let requested = [
         ("bvh", direct(Shadows::BVH)),
-        ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
-        ("sampled, and ray query", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::RAY_QUERY) }),
+        ("sampled", direct(Shadows::BVH).with_indirect(sampled)),
+        ("sampled, and ray query", direct(Shadows::RAY_QUERY).with_indirect(sampled)),
     ];
     for (name, settings) in requested {
-        if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
+        if settings.shadows.technique == Shadows::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(test, "this adapter has no ray query");
             continue;
         }
         // The adapter's own structure has triangles in another order: at shared edges a ray may hit either.
-        let allowed = if settings.shadows == Shadows::RAY_QUERY { 64 * 64 / 500 } else { 0 };
+        let allowed = if settings.shadows.technique == Shadows::RAY_QUERY { 64 * 64 / 500 } else { 0 };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();
         let now = elsewhere(&before, 2);
@@ -128,8 +128,7 @@ fn gpu_background_rebuild_renders_like_a_fresh_upload(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree(gpu: &Gpu) {
     let before = scene();
-    let renderer =
-        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+    let renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(Shadows::BVH));
     let renderer = renderer.unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
     let on_device = |uploaded: &GpuScene| -> f64 {
@@ -168,7 +167,7 @@ fn gpu_bvh_of_low_cost_is_kept_and_device_and_host_costs_agree(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_motion_continues_after_a_rebuild(gpu: &Gpu) {
     let before = scene();
-    let settings = Settings { debug_view: Some(DebugView::Motion), shadows: Shadows::BVH, ..Settings::direct_light() };
+    let settings = Settings::direct_light().with_debug_view(Some(DebugView::Motion)).with_shadows(Shadows::BVH);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
     let now = elsewhere(&before, 2);

@@ -62,8 +62,8 @@ fn small(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Rendere
 /// An update renders bitwise the same as a fresh upload, whatever has changed; unchanged images are not uploaded again.
 #[gpu_test]
 fn gpu_update_handles_any_change(gpu: &Gpu) {
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = direct.clone().with_indirect(few_rays());
     for settings in [direct, indirect] {
         let mut now = textured();
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
@@ -137,8 +137,8 @@ fn gpu_instances_scaled_to_zero_appear_by_a_move(gpu: &Gpu) {
 /// Replaces one material: its bytes are uploaded, and the image is that of a fresh upload; changes that need an update are refused.
 #[gpu_test]
 fn gpu_set_material_renders_like_a_fresh_upload(gpu: &Gpu) {
-    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::from(few_rays()), ..direct.clone() };
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    let indirect = direct.clone().with_indirect(few_rays());
     for (settings, bytes) in [(direct, 544), (indirect, 608)] {
         let is_indirect = settings.indirect != Indirect::NONE;
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();

@@ -387,7 +387,7 @@ fn gpu_rays_in_one_dispatch_are_those_in_two(gpu: &Gpu) {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let [two, one] = [false, true].map(|shares| {
         SHARES_DISPATCH_IN_TESTS.set(Some(shares));
-        let settings = Settings { indirect: few_rays(Tracer::BVH), shadows: Shadows::BVH, ..Settings::direct_light() };
+        let settings = Settings::direct_light().with_indirect(few_rays(Tracer::BVH)).with_shadows(Shadows::BVH);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let image = renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap();

@@ -133,7 +133,7 @@ impl IndirectTechnique for Probes {
             return self.per_pixel.build(device, settings, tracer);
         }
         // Lambertian surfaces have no glossy lobe.
-        let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.per_pixel.glossy_rays };
+        let glossy_rays = if settings.materials.model == Materials::Lambert { 0 } else { self.per_pixel.glossy_rays };
         let sampled = Sampled { glossy_rays, ..self.per_pixel };
         let light = SampledLight::new(device, sampled, settings, tracer)?;
         Ok(Box::new(ProbeLight::new(device, *self, light, settings, tracer)?))

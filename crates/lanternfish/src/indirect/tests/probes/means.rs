@@ -6,7 +6,7 @@ use super::*;
 
 /// The last frame of a mean, and the mean image.
 fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &Scene) -> crate::RenderedImage {
-    let settings = Settings { accumulate, ..with(indirect, History::Off) };
+    let settings = with(indirect, History::Off).with_accumulate(accumulate);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), SIZE.into()).unwrap()

@@ -36,7 +36,7 @@ fn per_pixel() -> Indirect {
 
 /// Settings with this indirect light and inverse-square falloff.
 fn with(indirect: impl Into<Indirect>, history: History) -> Settings {
-    Settings { indirect: indirect.into(), history, ..settings(Sampled::default()) }
+    settings(Sampled::default()).with_indirect(indirect).with_history(history)
 }
 
 fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {

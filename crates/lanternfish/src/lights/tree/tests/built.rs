@@ -254,7 +254,7 @@ fn gpu_moved_lights_give_the_tree_of_a_new_upload(gpu: &Gpu) {
         let expected = lights
             .iter()
             .zip(0..)
-            .filter(|(light, _)| crate::lights::Light::new(light, &Settings::default().lights()).is_sun());
+            .filter(|(light, _)| crate::lights::Light::new(light, &Settings::default().light_storage()).is_sun());
         assert!(suns.iter().copied().eq(expected.map(|(_, i)| i)), "{suns:?}");
         assert!(now != first || *lights == before);
     }

@@ -117,20 +117,16 @@ fn gpu_demodulated_light_of_white_surfaces_is_the_image(gpu: &Gpu) {
         *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };
     }
     scene.sky = Vec3::splat(0.2);
-    let plain = Settings { materials: Materials::Lambert, ..bvh(Settings::direct_light()) };
+    let plain = bvh(Settings::direct_light()).with_materials(Materials::Lambert);
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
     let disk = Light::disk(Vec3::new(0.0, 1.6, 0.0), Vec3::NEG_Y, 0.2, Vec3::splat(4.0));
     let with_area = Scene { lights: scene.lights.iter().cloned().chain([disk]).collect(), ..scene.clone() };
     for (name, scene, settings) in [
         ("direct light", &scene, plain.clone()),
-        (
-            "no shadows, tiles",
-            &scene,
-            Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..plain.clone() },
-        ),
-        ("soft shadows", &scene, Settings { light_radius: 0.05, shadow_rays: 4, ..plain.clone() }),
-        ("a disk", &with_area, Settings { shadow_rays: 4, ..plain.clone() }),
-        ("indirect light", &scene, Settings { indirect: Indirect::from(few), ..plain.clone() }),
+        ("no shadows, tiles", &scene, plain.clone().with_culling(Tiled::default()).with_shadows(Shadows::None)),
+        ("soft shadows", &scene, plain.clone().with_light_radius(0.05).with_shadow_rays(4)),
+        ("a disk", &with_area, plain.clone().with_shadow_rays(4)),
+        ("indirect light", &scene, plain.clone().with_indirect(few)),
     ] {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = waiting.upload(scene).unwrap();
@@ -159,8 +155,7 @@ fn gpu_demodulated_light_of_white_surfaces_is_the_image(gpu: &Gpu) {
         assert!(covered > 500 && off * 25 < covered, "{name}: {off} of {covered} pixels differ");
     }
     // Settings that do not support demodulated light.
-    let mut renderer =
-        Renderer::new(&gpu.device, &gpu.queue, Settings { samples: Samples::Four, ..plain.clone() }).unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, plain.clone().with_samples(Samples::Four)).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let (sum, depth) =
         (texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE), texture(gpu, wgpu::TextureFormat::Depth32Float, SIZE));

@@ -9,9 +9,9 @@ fn gpu_slices_are_the_frame_to_the_bit(gpu: &Gpu) {
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let direct = bvh(Settings::direct_light());
     for settings in [
-        Settings { samples: Samples::Four, accumulate: 3, ..direct.clone() },
-        Settings { accumulate: 3, ..one_bounce() },
-        Settings { debug_view: Some(DebugView::Normal), exposure: Exposure::Ev(0.0), ..direct },
+        direct.clone().with_samples(Samples::Four).with_accumulate(3),
+        one_bounce().with_accumulate(3),
+        direct.with_debug_view(Some(DebugView::Normal)).with_exposure(Exposure::Ev(0.0)),
     ] {
         let mut whole = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut sliced = Renderer::with_engine(whole.engine(), settings).unwrap();
