@@ -72,7 +72,7 @@ fn gpu_after_an_error_frames_begin_again(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_deep_images_are_built_for_each_rotation_of_the_set(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
-    let views = [(&scene.cameras[0], 32, 24)];
+    let views = [(&scene.cameras[0], [32, 24])];
     let structure = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     let indirect = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
     let settings = Settings::default().with_accumulate(10).with_structure(structure).with_indirect(indirect);
