@@ -73,6 +73,7 @@ cfg_if! {
         pub mod antialiasing;
         pub mod common;
         pub mod debug_views;
+        pub mod denoise;
         pub mod direct_light;
         pub mod environment_light;
         pub mod gpu_scene;
@@ -94,6 +95,7 @@ cfg_if! {
         mod antialiasing;
         mod common;
         mod debug_views;
+        mod denoise;
         mod direct_light;
         mod environment_light;
         mod gpu_scene;

@@ -1,10 +1,10 @@
 //! The list of all techniques of this crate, and the help text of each kind.
 
 pub use crate::{
+    denoise::{IndirectClamp, IndirectResolution},
     direct_light::auto::AutoLights,
     direct_light::sampled::{Denoise, LightChoice, LightRays, SampledLights},
     indirect::{
-        IndirectClamp, IndirectResolution,
         radiance_cache::Bounces,
         sampled::{HitLight, Sampled, probes::Probes},
     },
@@ -148,8 +148,8 @@ const FOLDERS: &[Shaders] = &[
     crate::indirect::radiance_cache::DECLARED,
     crate::rays::DECLARED,
     crate::environment_light::DECLARED,
-    crate::indirect::smoothing::DECLARED,
-    crate::indirect::history::DECLARED,
+    crate::denoise::smoothing::DECLARED,
+    crate::denoise::history::DECLARED,
     crate::occlusion::DECLARED,
     crate::shadows::DECLARED,
     crate::shading::DECLARED,

@@ -13,9 +13,9 @@ use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
 
 use crate::{
     context::ViewContext,
+    denoise::Counters,
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
-    indirect::Counters,
     prepass::Surface,
     rays::Tracer,
     settings::Settings,

@@ -3,11 +3,8 @@
 //! Every technique writes one structure, which shaders read through `indirect_light.wesl`: four layers of the size of the image. The
 //! library's own technique is [`sampled`].
 
-mod counters;
-pub(crate) mod history;
 pub(crate) mod radiance_cache;
 pub mod sampled;
-pub mod smoothing;
 #[cfg(test)]
 mod tests;
 
@@ -19,6 +16,7 @@ use lanternfish_scene::named_enum;
 
 use crate::{
     context::ViewContext,
+    denoise::Counters,
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
@@ -28,14 +26,11 @@ use crate::{
     texture::frame_layers,
 };
 
-pub use self::counters::Counters;
-pub use self::smoothing::{IndirectClamp, IndirectResolution};
-
 /// Shading adds indirect light.
 pub(crate) const INDIRECT: Feature = Feature::new("indirect");
 
 /// Layers of [`DemodulatedIrradiance`]: diffuse and glossy, each at normal and at grazing incidence.
-const LAYERS: u32 = 4;
+pub(crate) const LAYERS: u32 = 4;
 
 /// The technique that computes indirect light, or none.
 pub type Indirect = Choice<dyn IndirectTechnique>;

@@ -6,12 +6,10 @@ use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 use super::{AmbientVisibility, OcclusionPasses, TILE, ambient_visibility_target};
 use crate::{
     context::ViewContext,
+    denoise::history::{Histories, HistoryReset, Mix},
     environment_light::irradiance_target,
     error::RenderError,
-    indirect::{
-        history::{Histories, HistoryReset, Mix},
-        layers_target,
-    },
+    indirect::layers_target,
     prepass::Surface,
     settings::Settings,
 };

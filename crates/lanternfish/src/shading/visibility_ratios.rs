@@ -6,12 +6,10 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use crate::{
     context::ViewContext,
+    denoise::history::{Histories, HistoryReset, Mix},
     error::RenderError,
     gpu_scene::GpuScene,
-    indirect::{
-        history::{Histories, HistoryReset, Mix},
-        layers_target,
-    },
+    indirect::layers_target,
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     settings::{History, Settings, Shadows},

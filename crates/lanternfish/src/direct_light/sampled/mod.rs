@@ -13,14 +13,14 @@ use lanternfish_scene::named_enum;
 use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
 use crate::{
     context::ViewContext,
-    error::RenderError,
-    gpu_scene::{GpuScene, Parts},
-    indirect::{
+    denoise::{
         Counters,
         history::HistoryReset,
-        layers_target,
         smoothing::{DEVIATIONS, Smoothed, Smoothing},
     },
+    error::RenderError,
+    gpu_scene::{GpuScene, Parts},
+    indirect::layers_target,
     prepass::Surface,
     rays::{self, TracePass, Tracer},
     settings::{History, Settings},

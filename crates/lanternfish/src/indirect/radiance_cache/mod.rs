@@ -37,7 +37,7 @@ use self::{
     reading::Readers,
     table::{Change, Rehash, Slots, Table},
 };
-use super::{Counters, history::RESET_FRAMES};
+use crate::denoise::{Counters, history::RESET_FRAMES};
 use crate::{
     context::ViewContext,
     environment_light::ENVIRONMENT,

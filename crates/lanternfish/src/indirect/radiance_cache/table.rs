@@ -7,7 +7,7 @@ use super::{
     Bounces,
     parameters::{EntrySample, Link, RadianceCacheParameters},
 };
-use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::RESET_FRAMES};
+use crate::{common::workgroups, denoise::history::RESET_FRAMES, error::RenderError, gpu_scene::GpuScene};
 
 /// Entries along the diagonal of the scene's bounds: about the resolution of deep images at default settings.
 const ENTRIES_ALONG: f32 = 128.0;

@@ -3,7 +3,7 @@
 //! 1. For each sample index, one ray per pixel is traced (`trace.wesl`, many sample indices at once), its hit is shaded (`shade.wesl`), and a shadow
 //!    ray to the chosen light is traced (`shadow.wesl`). Three passes, since their bindings exceed the limits of one. With emissive triangles,
 //!    one more ray per pixel goes to one of them (`emitters.wesl`).
-//! 2. The irradiance is upsampled, clamped, accumulated and filtered (`smoothing/`).
+//! 2. The irradiance is upsampled, clamped, accumulated and filtered (`denoise/`).
 
 mod entries;
 mod passes;
@@ -24,12 +24,15 @@ use self::{
     passes::{RayGrid, RayPasses},
 };
 use super::{
-    DemodulatedIrradiance, IndirectClamp, IndirectPasses, layers_target,
+    DemodulatedIrradiance, IndirectPasses, layers_target,
     radiance_cache::{Bounces, CacheSettings, RadianceCache},
-    smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
 };
 use crate::{
     context::ViewContext,
+    denoise::{
+        IndirectClamp,
+        smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
+    },
     environment_light::ENVIRONMENT,
     error::RenderError,
     gpu_scene::GpuScene,

@@ -11,9 +11,9 @@ use super::{
 };
 use crate::{
     context::ViewContext,
+    denoise::Counters,
     environment_light::ENVIRONMENT,
     error::RenderError,
-    indirect::Counters,
     prepass::Surface,
     rays::{Structure, TracePass, Tracer},
 };

@@ -4,13 +4,13 @@ use lanternfish_scene::named_enum;
 
 use super::{DECLARED, SampledLight};
 use crate::{
-    error::RenderError,
-    gpu_scene::Parts,
-    indirect::{
-        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
-        radiance_cache::Bounces,
+    denoise::{
+        IndirectClamp, IndirectResolution,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
+    error::RenderError,
+    gpu_scene::Parts,
+    indirect::{IndirectPasses, IndirectTechnique, Quality, radiance_cache::Bounces},
     rays::{Tracer, TracerChoice},
     settings::{Materials, Settings},
     shaders::Shaders,

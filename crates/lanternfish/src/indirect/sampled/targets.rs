@@ -6,7 +6,7 @@ use glam::UVec2;
 use lanternfish_gpu::{Frame, faulty_software};
 
 use super::{LightRay, SampledHit, sample_order::place_count};
-use crate::{error::RenderError, indirect::Counters};
+use crate::{denoise::Counters, error::RenderError};
 
 /// Counters of every sample index: `counters.wesl`.
 const COUNTERS: &[&str] = &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"];

@@ -1,7 +1,7 @@
 //! Images whose rows are processed in bands.
 
 use super::*;
-use crate::{indirect::smoothing::MOST_IRRADIANCE_BYTES_IN_TESTS, techniques::HitLight};
+use crate::{denoise::smoothing::MOST_IRRADIANCE_BYTES_IN_TESTS, techniques::HitLight};
 
 /// An image of 96 x 104 pixels, in bands of at most `rows` sampled rows.
 fn in_bands_of(gpu: &Gpu, rows: u32, rays: Sampled, accumulate: u32) -> Vec<Vec3> {

@@ -8,10 +8,11 @@ use glam::{Quat, UVec2};
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
-    indirect::{
-        Counters, DemodulatedIrradiance, IndirectPasses,
+    denoise::{
+        Counters,
         smoothing::{IndirectClamp, MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
+    indirect::{DemodulatedIrradiance, IndirectPasses},
     light_culling::LightCulling,
     lights::{Light, LightCount},
     prepass::Surface,

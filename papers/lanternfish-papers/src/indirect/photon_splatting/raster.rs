@@ -1,7 +1,7 @@
 //! Photons rasterized as splats with additive blending [Aalund2015, §4.2].
 
 use glam::UVec2;
-use lanternfish::{RenderError, indirect::smoothing::PixelIrradiance, texture::frame_target};
+use lanternfish::{RenderError, denoise::smoothing::PixelIrradiance, texture::frame_target};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState};
 
 use super::DECLARED;

@@ -3,8 +3,8 @@
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
+    denoise::Counters,
     gpu_scene::GpuScene,
-    indirect::Counters,
     lights::{Light, LightCount, LightSet},
     rays::{Structure, TracePass, Tracer},
     settings::{Coefficients, Materials, Settings},

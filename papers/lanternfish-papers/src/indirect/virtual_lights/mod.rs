@@ -18,11 +18,12 @@ mod tests;
 
 use lanternfish::{
     RenderError, ViewContext,
-    gpu_scene::{MASKED, TEXTURES},
-    indirect::{
-        DemodulatedIrradiance, IndirectClamp, IndirectPasses,
+    denoise::{
+        IndirectClamp,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
+    gpu_scene::{MASKED, TEXTURES},
+    indirect::{DemodulatedIrradiance, IndirectPasses},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, TracePass, Tracer},

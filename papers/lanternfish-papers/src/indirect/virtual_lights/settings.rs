@@ -2,11 +2,12 @@
 
 use lanternfish::{
     RenderError,
-    gpu_scene::Parts,
-    indirect::{
-        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
+    denoise::{
+        IndirectClamp, IndirectResolution,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
+    gpu_scene::Parts,
+    indirect::{IndirectPasses, IndirectTechnique, Quality},
     rays::Tracer,
     settings::{Attenuation, Settings, Shadows},
     shaders::Shaders,

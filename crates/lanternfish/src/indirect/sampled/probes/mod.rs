@@ -25,12 +25,12 @@ use self::{
 use super::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur};
 use crate::{
     context::ViewContext,
-    error::RenderError,
-    indirect::{
-        Counters, DemodulatedIrradiance, IndirectClamp, IndirectPasses, IndirectResolution, layers_target,
-        radiance_cache::CacheOfFrame,
+    denoise::{
+        Counters, IndirectClamp, IndirectResolution,
         smoothing::{PixelIrradiance, Smoothed},
     },
+    error::RenderError,
+    indirect::{DemodulatedIrradiance, IndirectPasses, layers_target, radiance_cache::CacheOfFrame},
     prepass::Surface,
     rays::Tracer,
     settings::Settings,

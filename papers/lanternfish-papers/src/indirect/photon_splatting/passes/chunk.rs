@@ -3,7 +3,7 @@
 use lanternfish::{
     RenderError, ViewContext,
     common::workgroups,
-    indirect::{Counters, smoothing::PixelIrradiance},
+    denoise::{Counters, smoothing::PixelIrradiance},
     light_culling::Reach,
     lights::{Light, LightSet},
 };

@@ -57,7 +57,7 @@ impl PixelIrradiance {
     }
 
     /// Allocates the sums of some rows of sampled pixels.
-    pub(in crate::indirect) fn of_rows(
+    pub(crate) fn of_rows(
         frame: &mut Frame<'_>,
         rendering: UVec2,
         resolution: IndirectResolution,
@@ -73,7 +73,7 @@ impl PixelIrradiance {
 
     /// The bands of rows in which an image is processed, from top to bottom. At half resolution each has the first row of the next one too, from
     /// which its last pixels are interpolated.
-    pub(in crate::indirect) fn bands(rendering: UVec2, resolution: IndirectResolution) -> Vec<Range<u32>> {
+    pub(crate) fn bands(rendering: UVec2, resolution: IndirectResolution) -> Vec<Range<u32>> {
         bands(rendering.map(|side| side.div_ceil(resolution.scale())), resolution.scale() - 1)
     }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 
-use super::{LAYERS, layers_target};
+use crate::indirect::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
@@ -17,7 +17,7 @@ use crate::{
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
-    &[Root::of("indirect/history/mix", &[&[&[], &[DEFERRED]]])],
+    &[Root::of("denoise/history/mix", &[&[&[], &[DEFERRED]]])],
     &[SharedStruct::of::<HistoryParameters>()],
 );
 
@@ -64,7 +64,7 @@ gpu_struct! {
 const MOST: f32 = 32.0;
 /// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and every entry of the radiance
 /// cache gets a sample per frame.
-pub(super) const RESET_FRAMES: u32 = 8;
+pub(crate) const RESET_FRAMES: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Effect of any change of the scene on the history of pixels.
@@ -199,7 +199,7 @@ impl Histories {
 }
 
 fn kernel(device: &wgpu::Device, features: &[Feature], label: &str) -> Result<ComputeKernel, RenderError> {
-    let shader = DECLARED.link("indirect/history/mix", features)?;
+    let shader = DECLARED.link("denoise/history/mix", features)?;
     Ok(ComputeKernel::new(device, &shader, "mix_history", label))
 }
 

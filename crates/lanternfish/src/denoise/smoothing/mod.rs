@@ -15,13 +15,11 @@ use lanternfish_scene::named_enum;
 #[cfg(test)]
 pub(crate) use self::pixel_irradiance::MOST_IRRADIANCE_BYTES_IN_TESTS;
 pub use self::pixel_irradiance::PixelIrradiance;
-use super::{
-    history::{self, Histories, HistoryReset, Mix, RESET_FRAMES},
-    layers_target,
-};
+use super::history::{self, Histories, HistoryReset, Mix, RESET_FRAMES};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    indirect::layers_target,
     prepass::Surface,
     settings::History,
     shaders::{Root, Shaders},
@@ -35,10 +33,10 @@ pub(crate) const DEVIATIONS: Feature = Feature::new("deviations");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::of("indirect/smoothing/firefly_clamp", &[&[&[], &[DEVIATIONS]]]),
-        Root::new("indirect/smoothing/collect"),
-        Root::new("indirect/smoothing/redistribution"),
-        Root::new("indirect/smoothing/filter"),
+        Root::of("denoise/smoothing/firefly_clamp", &[&[&[], &[DEVIATIONS]]]),
+        Root::new("denoise/smoothing/collect"),
+        Root::new("denoise/smoothing/redistribution"),
+        Root::new("denoise/smoothing/filter"),
     ],
     &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<Clamped>()],
 );
@@ -214,7 +212,7 @@ impl Smoothing {
         features: &[Feature],
     ) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
-            let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), features)?;
+            let shader = DECLARED.link(&format!("denoise/smoothing/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/{label}")))
         };
         Ok(Self {
@@ -250,7 +248,7 @@ impl Smoothing {
     }
 
     /// Records the pass from the finished sums of a view's surface, or of some of its rows, to layers, which are not smoothed.
-    pub(super) fn resolve(
+    pub(crate) fn resolve(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
@@ -267,7 +265,7 @@ impl Smoothing {
     }
 
     /// Records the passes that smooth the finished sums at the resolution of the rays. Returns layers of that size.
-    pub(super) fn record_small(
+    pub(crate) fn record_small(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
@@ -296,7 +294,7 @@ impl Smoothing {
     }
 
     /// Records the accumulation of layers without noise with their history, if there is one.
-    pub(super) fn accumulated(
+    pub(crate) fn accumulated(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
