@@ -2,8 +2,9 @@
 //!
 //! Whoever samples light with few rays uses it: indirect light, sampled direct light, shadows of area lights, ambient visibility.
 
-mod counters;
+pub(crate) mod counters;
 pub mod history;
+pub(crate) mod layers;
 pub mod smoothing;
 
 pub use self::{

@@ -13,7 +13,7 @@ use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
 
 use crate::{
     context::ViewContext,
-    denoise::Counters,
+    denoise::counters::Counters,
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     prepass::Surface,

@@ -10,27 +10,24 @@ mod tests;
 
 use std::fmt;
 
-use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
     context::ViewContext,
-    denoise::Counters,
+    denoise::counters::Counters,
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
     rays::Tracer,
     settings::{Samples, Settings},
     technique::{AnyTechnique, Choice, Technique, clone_of},
-    texture::frame_layers,
 };
+
+pub use crate::denoise::layers::layers_target;
 
 /// Shading adds indirect light.
 pub(crate) const INDIRECT: Feature = Feature::new("indirect");
-
-/// Layers of [`DemodulatedIrradiance`]: diffuse and glossy, each at normal and at grazing incidence.
-pub(crate) const LAYERS: u32 = 4;
 
 /// The technique that computes indirect light, or none.
 pub type Indirect = Choice<dyn IndirectTechnique>;
@@ -208,12 +205,6 @@ impl DemodulatedIrradiance {
     pub(crate) fn coat_bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("coat_irradiance", &self.layers)
     }
-}
-
-/// Creates a texture for the four layers, writable by compute passes: an array of four RGBA layers of 16-bit floats. The first two hold diffuse
-/// light at normal and at grazing incidence (irradiance over π, nits), the others glossy light at both (radiance, nits).
-pub fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
-    frame_layers(frame, "indirect/layers", size, wgpu::TextureFormat::Rgba16Float, LAYERS)
 }
 
 /// Compiles the passes that the settings need: none without indirect light. `tracer`: of shadow rays, if there are any.

@@ -7,9 +7,9 @@ use super::{AmbientVisibility, OcclusionPasses, TILE, ambient_visibility_target}
 use crate::{
     context::ViewContext,
     denoise::history::{Histories, HistoryReset, Mix},
+    denoise::layers::layers_target,
     environment_light::irradiance_target,
     error::RenderError,
-    indirect::layers_target,
     prepass::Surface,
     settings::Settings,
 };

@@ -263,7 +263,7 @@ impl Prepass {
 }
 
 /// State of a pass that draws the visible fragments again, after the prepass, and writes storage alone.
-pub(crate) fn visible_fragments(samples: crate::settings::Samples) -> PassState {
+pub(crate) fn visible_fragments(samples: u32) -> PassState {
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(false),
@@ -271,7 +271,7 @@ pub(crate) fn visible_fragments(samples: crate::settings::Samples) -> PassState 
         stencil: Default::default(),
         bias: Default::default(),
     };
-    PassState { depth, targets: Vec::new(), samples: samples.count(), faces: Faces::Shown }
+    PassState { depth, targets: Vec::new(), samples, faces: Faces::Shown }
 }
 
 fn state(writes: Writes, samples: u32) -> PassState {

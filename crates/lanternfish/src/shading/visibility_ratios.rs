@@ -7,9 +7,9 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 use crate::{
     context::ViewContext,
     denoise::history::{Histories, HistoryReset, Mix},
+    denoise::layers::layers_target,
     error::RenderError,
     gpu_scene::GpuScene,
-    indirect::layers_target,
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     settings::{History, Settings, Shadows},

@@ -61,7 +61,7 @@ impl EdgePass {
     /// Compiles nothing; the first scene compiles the pipelines.
     pub fn new(samples: Samples) -> Self {
         let (module, features) = ("shadows/list_edges", [EDGES_LISTED, MULTISAMPLED]);
-        Self { list: SceneRaster::new(module, DECLARED, module, &features, true, visible_fragments(samples)) }
+        Self { list: SceneRaster::new(module, DECLARED, module, &features, true, visible_fragments(samples.count())) }
     }
 
     /// Lists the edges of a view. An image with one sample per pixel has none.

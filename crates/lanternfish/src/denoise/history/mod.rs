@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 
-use crate::indirect::{LAYERS, layers_target};
+use super::layers::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,

@@ -15,11 +15,13 @@ use lanternfish_scene::named_enum;
 #[cfg(test)]
 pub(crate) use self::pixel_irradiance::MOST_IRRADIANCE_BYTES_IN_TESTS;
 pub use self::pixel_irradiance::PixelIrradiance;
-use super::history::{self, Histories, HistoryReset, Mix, RESET_FRAMES};
+use super::{
+    history::{self, Histories, HistoryReset, Mix, RESET_FRAMES},
+    layers::layers_target,
+};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    indirect::layers_target,
     prepass::Surface,
     settings::History,
     shaders::{Root, Shaders},

@@ -13,6 +13,7 @@ use lanternfish_scene::named_enum;
 use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
 use crate::{
     context::ViewContext,
+    denoise::layers::layers_target,
     denoise::{
         Counters,
         history::HistoryReset,
@@ -20,7 +21,6 @@ use crate::{
     },
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
-    indirect::layers_target,
     prepass::Surface,
     rays::{self, TracePass, Tracer},
     settings::{History, Settings},

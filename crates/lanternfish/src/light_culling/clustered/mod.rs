@@ -123,7 +123,7 @@ impl ClusteredCulling {
                 "light_culling/clustered/mark_drawn",
                 multisampled,
                 false,
-                visible_fragments(samples),
+                visible_fragments(samples.count()),
             ),
             compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
             count: ComputeKernel::new(device, &assign, "count", &label("count")),

@@ -97,8 +97,9 @@ impl TiledCulling {
     pub fn new(device: &wgpu::Device, settings: Tiled, samples: Samples) -> Result<Self, RenderError> {
         let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
         let bounds = DECLARED.link("light_culling/tiled/bounds", multisampled)?;
-        let drawn =
-            |module| SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples));
+        let drawn = |module| {
+            SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples.count()))
+        };
         let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,
