@@ -17,7 +17,7 @@ type Imports = BTreeMap<File, BTreeSet<File>>;
 type File = (&'static str, String);
 
 /// Most files in a cycle of imports within a crate.
-const LARGEST_CYCLE: usize = 6;
+const LARGEST_CYCLE: usize = 15;
 
 /// Folders of techniques of the library. Outside of them, only the registration may import from them.
 const TECHNIQUES: &[&str] = &["indirect/sampled", "light_culling/clustered", "light_culling/tiled"];
@@ -210,9 +210,12 @@ fn no_crate_has_a_large_cycle_of_files() {
             |file: &File| imports[file].intersection(&largest).map(|(_, other)| other.as_str()).collect::<Vec<_>>();
         let edges: Vec<String> =
             largest.iter().map(|file| format!("{} imports {}", file.1, within(file).join(", "))).collect();
-        if largest.len() > LARGEST_CYCLE {
-            eprintln!("{name}: {} files import each other:\n{}", largest.len(), edges.join("\n"));
-        }
+        assert!(
+            largest.len() <= LARGEST_CYCLE,
+            "{name}: {} files import each other:\n{}",
+            largest.len(),
+            edges.join("\n")
+        );
     }
     assert!(files > 500, "{files}");
 }

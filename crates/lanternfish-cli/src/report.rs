@@ -152,7 +152,7 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     let has_structure = settings.occlusion.is::<Deep>()
         || settings.indirect.is_some()
         || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact());
-    let shown = Settings::offered().into_iter().filter(|entry| has_structure || entry.kind != "structure");
+    let shown = Settings::parameters().into_iter().filter(|entry| has_structure || entry.kind != "structure");
     let mut names: BTreeMap<_, _> =
         shown.filter_map(|entry| Some((entry.info.name, settings.get(entry.info.name)?))).collect();
     names.insert("seed", seed.to_string());

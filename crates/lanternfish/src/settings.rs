@@ -1,9 +1,10 @@
 //! Rendering settings, with their units, ranges and effects.
 
 mod groups;
-mod offered;
+mod named;
 mod parameters;
 mod presets;
+mod structure;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +23,7 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
-pub use offered::Offered;
+pub use named::AnyParameter;
 pub use presets::Preset;
 
 /// Rendering settings, in groups. `Default` is the recommended configuration: all light, at [`Preset::Good`].
@@ -56,7 +57,7 @@ pub struct Settings {
     /// surfaces use the value of the nearest one in the pixel.
     pub occlusion: Occlusion,
     /// Structure for approximate tracers, with its parameters. Without one, a tracer builds its own with default parameters.
-    #[serde(with = "crate::technique::data::structure")]
+    #[serde(with = "structure")]
     pub structure: Structure,
     /// Temporal accumulation of indirect light, area-light shadows and ambient visibility.
     pub history: History,

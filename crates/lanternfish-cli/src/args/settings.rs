@@ -1,8 +1,8 @@
-//! The flags of all that the library's settings offer: choices of techniques, their parameters, and settings of their own.
+//! The flags of the library's settings: choices of techniques, their parameters, and settings of their own.
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
 use lanternfish::{
-    settings::{Offered, Settings},
+    settings::{AnyParameter, Settings},
     technique::Range,
 };
 
@@ -45,8 +45,8 @@ pub type TechniqueArgs = SettingFlags<2>;
 pub type IndirectArgs = SettingFlags<3>;
 
 /// The settings of a table, in the order of help.
-fn offered(table: usize) -> impl Iterator<Item = Offered> {
-    let all = Settings::offered();
+fn parameters(table: usize) -> impl Iterator<Item = AnyParameter> {
+    let all = Settings::parameters();
     let of = move |name: &&str| {
         let of: Vec<_> = all.iter().filter(|entry| entry.info.name == *name || entry.kind == *name).cloned().collect();
         of
@@ -74,13 +74,13 @@ impl<const TABLE: usize> SettingFlags<TABLE> {
             let before = || self.0.iter().find(|(other, _)| *other == name).map(|(_, text)| text);
             Some((name, given.or_else(before)?.clone()))
         };
-        self.0 = offered(TABLE).filter_map(|entry| value(entry.info.name)).collect();
+        self.0 = parameters(TABLE).filter_map(|entry| value(entry.info.name)).collect();
     }
 }
 
 impl<const TABLE: usize> Args for SettingFlags<TABLE> {
     fn augment_args(command: Command) -> Command {
-        command.args(offered(TABLE).map(|Offered { info, names: known, default, .. }| {
+        command.args(parameters(TABLE).map(|AnyParameter { info, names: known, default, .. }| {
             let name = info.name;
             let number = move |text: &str| {
                 Settings::check(name, text).and_then(|()| text.trim().parse::<f32>().map_err(|why| why.to_string()))
@@ -117,8 +117,8 @@ impl<const TABLE: usize> Args for SettingFlags<TABLE> {
 impl<const TABLE: usize> FromArgMatches for SettingFlags<TABLE> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let last = |name: &str| Some(matches.get_raw(name)?.next_back()?.to_string_lossy().into_owned());
-        let value = |entry: Offered| Some((entry.info.name, last(entry.info.name)?));
-        Ok(Self(offered(TABLE).filter_map(value).collect()))
+        let value = |entry: AnyParameter| Some((entry.info.name, last(entry.info.name)?));
+        Ok(Self(parameters(TABLE).filter_map(value).collect()))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -140,8 +140,8 @@ fn with_help(flag: Arg, text: &str) -> Arg {
 #[test]
 fn every_setting_is_in_one_table() {
     lanternfish_papers::register();
-    let mut named: Vec<_> = (0..TABLES.len()).flat_map(offered).map(|entry| entry.info.name).collect();
-    let mut all: Vec<_> = Settings::offered().iter().map(|entry| entry.info.name).collect();
+    let mut named: Vec<_> = (0..TABLES.len()).flat_map(parameters).map(|entry| entry.info.name).collect();
+    let mut all: Vec<_> = Settings::parameters().iter().map(|entry| entry.info.name).collect();
     named.sort();
     all.sort();
     assert_eq!(named, all);

@@ -10,7 +10,7 @@ use std::{
 use clap::{Arg, ArgAction, Args as _, Command, error::ContextKind, error::ContextValue};
 use glam::Vec3;
 use lanternfish::{
-    settings::{Offered, Settings},
+    settings::{AnyParameter, Settings},
     technique::Range,
 };
 use lanternfish_scene::{Light, nearest};
@@ -31,7 +31,7 @@ pub struct Key {
     pub repeats: bool,
     pub kind: Kind,
     /// What it sets, if the library declares it.
-    pub setting: Option<Offered>,
+    pub setting: Option<AnyParameter>,
     /// The id of the flag in its parser.
     pub id: String,
     arg: Arg,
@@ -61,13 +61,13 @@ pub enum Kind {
 /// All flags of `render`, in the order of help.
 pub fn keys() -> Vec<Key> {
     let command = RenderArgs::augment_args(Command::new("render"));
-    let settings = Settings::offered();
+    let settings = Settings::parameters();
     let setting = |arg: &Arg| settings.iter().find(|entry| entry.info.name == arg.get_id().as_str()).cloned();
     command.get_arguments().filter_map(|arg| Key::new(arg, setting(arg))).collect()
 }
 
 impl Key {
-    fn new(arg: &Arg, setting: Option<Offered>) -> Option<Self> {
+    fn new(arg: &Arg, setting: Option<AnyParameter>) -> Option<Self> {
         let name = arg.get_long()?.to_owned();
         let heading = arg.get_help_heading().expect("every flag is under a heading");
         let table = heading.split_whitespace().next().expect("a word").to_lowercase();
@@ -96,7 +96,7 @@ impl Key {
 
     /// True if it chooses among techniques, one of which has this name.
     pub fn chooses(&self, technique: &str) -> bool {
-        let is_choice = |setting: &&Offered| setting.kind == self.name;
+        let is_choice = |setting: &&AnyParameter| setting.kind == self.name;
         self.setting.as_ref().filter(is_choice).is_some_and(|it| it.names.iter().any(|(name, _)| *name == technique))
     }
 

@@ -109,8 +109,8 @@ fn every_kind_of_value_reaches_its_flag() {
 #[test]
 fn a_technique_may_be_a_table() {
     let text =
-        "scene = \"a.glb\"\n[indirect.sampled]\nindirect-rays = 3\n[technique.tiled]\ntile-size = 8\naabb = false\n";
-    let flat = "scene = \"a.glb\"\n[indirect]\nindirect = \"sampled\"\nindirect-rays = 3\n\
+        "scene = \"a.glb\"\n[indirect.sampled]\nindirect-rays = 12\n[technique.tiled]\ntile-size = 8\naabb = false\n";
+    let flat = "scene = \"a.glb\"\n[indirect]\nindirect = \"sampled\"\nindirect-rays = 12\n\
                 [technique]\nculling = \"tiled\"\ntile-size = 8\naabb = false\n";
     let settings = |text: &str| shot(text, "").unwrap().args.settings();
     assert_eq!(settings(text), settings(flat));

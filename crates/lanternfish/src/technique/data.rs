@@ -26,7 +26,7 @@ impl<'de, K: Kind + ?Sized> Deserialize<'de> for Choice<K> {
 }
 
 /// Writes a choice. Values that no parameter holds are an error: they would be lost.
-fn write<K: AnyTechnique + ?Sized, S: Serializer>(
+pub(crate) fn write<K: AnyTechnique + ?Sized, S: Serializer>(
     choice: &Choice<K>,
     none: &str,
     all: Vec<Choice<K>>,
@@ -69,10 +69,10 @@ impl<K: AnyTechnique + ?Sized> Serialize for Parameters<'_, K> {
 }
 
 /// Reads one of the techniques of a kind, or the name of none.
-struct Read<K: ?Sized> {
-    kind: &'static str,
-    none: &'static str,
-    all: Vec<Choice<K>>,
+pub(crate) struct Read<K: ?Sized> {
+    pub kind: &'static str,
+    pub none: &'static str,
+    pub all: Vec<Choice<K>>,
 }
 
 impl<K: AnyTechnique + ?Sized> Read<K> {
@@ -227,27 +227,5 @@ pub(crate) mod text {
         let (Scalar(text), mut value) = (Scalar::deserialize(deserializer)?, T::default());
         value.read(&text).map_err(|why| D::Error::custom(format!("{text}: {why}")))?;
         Ok(value)
-    }
-}
-
-/// Structures: those of the known tracers.
-pub(crate) mod structure {
-    use crate::rays::{Structure, Tracer};
-
-    use super::*;
-
-    const NONE: &str = "none";
-
-    pub fn serialize<S: Serializer>(structure: &Structure, serializer: S) -> Result<S::Ok, S::Error> {
-        write(structure, NONE, all(), serializer)
-    }
-
-    /// Every known structure, with default parameters.
-    pub fn all() -> Vec<Structure> {
-        Tracer::all().into_iter().map(|tracer| tracer.structure(&Structure::NONE)).collect()
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Structure, D::Error> {
-        deserializer.deserialize_any(Read { kind: "structure", none: NONE, all: all() })
     }
 }

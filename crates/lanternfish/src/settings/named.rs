@@ -1,11 +1,11 @@
 //! All that front ends offer, by name: settings, choices of techniques, and their parameters.
 
-use super::{Settings, Structure};
+use super::{Settings, Structure, structure};
 use crate::technique::{AnyTechnique, Choice, Kind, ParameterInfo, Range, data};
 
 /// A setting, a choice of a technique, or a parameter of one: a flag, a key of a shot, a row of a report.
 #[derive(Clone, Debug)]
-pub struct Offered {
+pub struct AnyParameter {
     /// The flag of the kind of technique that it chooses or belongs to; `structure` for parameters of structures; empty for others.
     pub kind: &'static str,
     /// The name, values and help.
@@ -18,7 +18,7 @@ pub struct Offered {
 
 /// A choice of any kind. The outer `None`: the kind has no such parameter.
 trait AnyChoice {
-    fn offered(&self) -> Vec<Offered>;
+    fn parameters(&self) -> Vec<AnyParameter>;
     fn value(&self, name: &str) -> Option<Option<String>>;
     /// Ignores parameters of other techniques of the kind.
     fn set(&mut self, name: &str, text: &str) -> Option<Result<(), String>>;
@@ -31,12 +31,12 @@ fn has<K: AnyTechnique + ?Sized>(choice: &Choice<K>, name: &str) -> bool {
 }
 
 /// The parameters of these techniques, without duplicates.
-fn parameters<K: AnyTechnique + ?Sized>(kind: &'static str, all: &[Choice<K>]) -> Vec<Offered> {
-    let mut found: Vec<Offered> = Vec::new();
+fn of_techniques<K: AnyTechnique + ?Sized>(kind: &'static str, all: &[Choice<K>]) -> Vec<AnyParameter> {
+    let mut found: Vec<AnyParameter> = Vec::new();
     for technique in all.iter().filter_map(Choice::technique) {
         for (info, names) in technique.parameters() {
             if found.iter().all(|other| other.info.name != info.name) {
-                found.push(Offered { kind, info, names, default: technique.get(info.name) });
+                found.push(AnyParameter { kind, info, names, default: technique.get(info.name) });
             }
         }
     }
@@ -44,7 +44,7 @@ fn parameters<K: AnyTechnique + ?Sized>(kind: &'static str, all: &[Choice<K>]) -
 }
 
 impl<K: Kind + ?Sized> AnyChoice for Choice<K> {
-    fn offered(&self) -> Vec<Offered> {
+    fn parameters(&self) -> Vec<AnyParameter> {
         let all = Self::all();
         let summaries = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
         let names = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(summaries).collect();
@@ -53,8 +53,8 @@ impl<K: Kind + ?Sized> AnyChoice for Choice<K> {
             is_everyday: K::IS_EVERYDAY,
             ..ParameterInfo::new(K::FLAG, "NAME", Range::Names, K::HELP)
         };
-        let choice = Offered { kind: K::FLAG, info, names, default: Some(Self::default().name().to_owned()) };
-        [vec![choice], parameters(K::FLAG, &all)].concat()
+        let choice = AnyParameter { kind: K::FLAG, info, names, default: Some(Self::default().name().to_owned()) };
+        [vec![choice], of_techniques(K::FLAG, &all)].concat()
     }
 
     fn value(&self, name: &str) -> Option<Option<String>> {
@@ -81,13 +81,13 @@ impl<K: Kind + ?Sized> AnyChoice for Choice<K> {
 
 /// The first structure that has a parameter of this name.
 fn structure_with(name: &str) -> Option<Structure> {
-    data::structure::all().into_iter().find(|structure| has(structure, name))
+    structure::all().into_iter().find(|structure| has(structure, name))
 }
 
 /// No structure means the default parameters of each.
 impl AnyChoice for Structure {
-    fn offered(&self) -> Vec<Offered> {
-        parameters("structure", &data::structure::all())
+    fn parameters(&self) -> Vec<AnyParameter> {
+        of_techniques("structure", &structure::all())
     }
 
     fn value(&self, name: &str) -> Option<Option<String>> {
@@ -115,14 +115,14 @@ impl Settings {
     }
 
     /// Everything that front ends offer. Names are unique.
-    pub fn offered() -> Vec<Offered> {
+    pub fn parameters() -> Vec<AnyParameter> {
         let mut usual = Self::default();
         let own = Self::PARAMETERS.iter().map(|parameter| {
             let (info, value) = (parameter.info, (parameter.of)(&mut usual));
-            Offered { kind: "", info, names: value.names(), default: value.text() }
+            AnyParameter { kind: "", info, names: value.names(), default: value.text() }
         });
         let own: Vec<_> = own.collect();
-        usual.choices().into_iter().flat_map(|choice| choice.offered()).chain(own).collect()
+        usual.choices().into_iter().flat_map(|choice| choice.parameters()).chain(own).collect()
     }
 
     /// The value of [`Self::PARAMETERS`], of a choice of technique or of a parameter, as text. The outer `None`: there is none of this
@@ -140,7 +140,7 @@ impl Settings {
         self.value(name).flatten()
     }
 
-    /// Sets one of [`Self::offered`] from text, or returns the expected values. A parameter of a technique that is not chosen changes
+    /// Sets one of [`Self::parameters`] from text, or returns the expected values. A parameter of a technique that is not chosen changes
     /// nothing.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), String> {
         if let Some(entry) = Self::PARAMETERS.iter().find(|entry| entry.info.name == name) {
