@@ -94,6 +94,7 @@ macro_rules! named_enum {
 
         impl $name {
             /// Every variant, in the order in which help lists them.
+            #[doc(hidden)]
             pub const ALL: &[Self] = &[$(Self::$variant),+];
         }
 

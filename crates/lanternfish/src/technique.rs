@@ -81,7 +81,8 @@ impl<T> Parameter<T> {
     }
 
     /// Sets the parameter from text, or returns the expected values.
-    pub fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
         self.info.range.check(text)?;
         (self.of)(of).read(text)
     }
@@ -92,12 +93,14 @@ impl<T> Parameter<T> {
     }
 
     /// The parameter in short help too.
-    pub const fn everyday(self) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn everyday(self) -> Self {
         Self { info: ParameterInfo { is_everyday: true, ..self.info }, of: self.of }
     }
 
     /// The parameter without a row in panels.
-    pub const fn without_panel(self) -> Self {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn without_panel(self) -> Self {
         Self { info: ParameterInfo { has_panel: false, ..self.info }, of: self.of }
     }
 }
@@ -123,7 +126,8 @@ pub enum Range {
 
 impl Range {
     /// An error with the expected values if a number is not one of them.
-    pub fn check(self, text: &str) -> Result<(), String> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn check(self, text: &str) -> Result<(), String> {
         let text = text.trim();
         match self {
             Self::Count(least, most) if !text.parse().is_ok_and(|number| (least..=most).contains(&number)) => {

@@ -100,12 +100,14 @@ pub enum TracerChoice {
 
 impl TracerChoice {
     /// All tracers, in the order in which help lists them.
-    pub fn all() -> Vec<Self> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn all() -> Vec<Self> {
         std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
-    pub const fn name(self) -> &'static str {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::Fixed(tracer) => tracer.name(),
@@ -177,7 +179,8 @@ impl Tracer {
     }
 
     /// All registered tracers, in the order in which help lists them.
-    pub fn all() -> Vec<Self> {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) fn all() -> Vec<Self> {
         let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         Self::own().into_iter().chain(registered.iter().copied()).collect()
     }
@@ -192,7 +195,8 @@ impl Tracer {
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
-    pub const fn name(self) -> &'static str {
+    #[cfg_attr(feature = "unstable", visibility::make(pub))]
+    pub(crate) const fn name(self) -> &'static str {
         self.0.name
     }
 
