@@ -43,9 +43,9 @@ impl SceneRequirements {
     /// What a scene uploaded for these requirements lacks for others; none: nothing.
     pub fn lacks(&self, needed: &Self) -> Option<&'static str> {
         let faults = [
-            (self.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
-            (self.texture_arrays != needed.texture_arrays, "its textures are for another `Settings::textures`"),
-            (self.anisotropy != needed.anisotropy, "its samplers are for another `Settings::anisotropy`"),
+            (self.shading != needed.shading, "its materials are for another value of `materials`, or a debug view"),
+            (self.texture_arrays != needed.texture_arrays, "its textures are for another value of `textures`"),
+            (self.anisotropy != needed.anisotropy, "its samplers are for another value of `anisotropy`"),
             (
                 self.lights != needed.lights,
                 "its lights are for another attenuation or parameters of it, range threshold, light radius or number of \

@@ -12,9 +12,9 @@ impl Renderer {
     /// Uploads a scene: geometry, textures with mip levels, lights, and acceleration structures. A scene that is not valid
     /// ([`Scene::validate`]) is an error that names the cause.
     ///
-    /// Renderers of one device may share the scene if their settings agree in `materials`, `textures`, `anisotropy`, `attenuation` with its
-    /// parameters, `range_threshold`, `light_radius` and `shadow_rays`, and if they trace only through structures that it was uploaded with
-    /// (`shadows`, `indirect`, `occlusion`). Other renderers return [`RenderError::OtherSettings`].
+    /// Renderers of one device may share the scene if their settings agree in all of `materials` and `lights` and in
+    /// `shadows.rays`, and if they trace only through structures that it was uploaded with (`shadows.technique`,
+    /// `indirect`, `occlusion`). Other renderers return [`RenderError::OtherSettings`].
     ///
     /// A renderer keeps the resources of a rendered scene alive, even if the scene is dropped, until it uploads another scene, is dropped,
     /// or has rendered other scenes for five frames.
