@@ -5,7 +5,7 @@
 //! 3. Photons that may light a visible surface are compacted in order (`tiles.wesl`, `keep.wesl`, `scatter.wesl`).
 //! 4. Light culling assigns photons to pixels, which add up their light (`gather.wesl`); or they are rasterized (`splat.wesl`, `add.wesl`).
 //! 5. One of the photons that a photon was split into may be split again (`next.wesl`): steps 2 to 4 again.
-//! 6. The sums are smoothed and added to the image (`smoothing/`).
+//! 6. The sums are smoothed and added to the image (`denoise/smoothing/` of the library).
 
 mod directions;
 mod parameters;

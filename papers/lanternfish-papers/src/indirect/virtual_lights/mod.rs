@@ -6,7 +6,7 @@
 //!    (`ranges.wesl`); the others are compacted in order (`scatter.wesl`).
 //! 3. Lists: light culling assigns lights to pixels, with the technique that the settings name.
 //! 4. Gather: their light is added up (`gather.wesl`), or some are selected for each pixel and traced (`shadow.wesl`).
-//! 5. The result is bounded, filtered and added to the image (`smoothing/`).
+//! 5. The result is bounded, filtered and added to the image (`denoise/smoothing/` of the library).
 
 mod builder;
 mod choices;
