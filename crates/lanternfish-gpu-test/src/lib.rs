@@ -6,12 +6,12 @@ use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 ///
 /// ```ignore
 /// #[gpu_test]
-/// fn gpu_tiles_change_no_pixel(gpu: &Gpu) { … }
+/// fn gpu_culling_loses_no_light(gpu: &Gpu) { … }
 /// ```
 ///
-/// is a test without arguments, which takes `gpu`, a `&'static Gpu`, from `testing::gpu("gpu_tiles_change_no_pixel")` and
-/// returns if there is none. `#[gpu_test(path)]` takes it from another function of the same signature. `Gpu` need not be in
-/// scope.
+/// is a test without arguments, which takes `gpu`, a `&'static Gpu`, from `testing::gpu("gpu_culling_loses_no_light")`
+/// and returns if there is none. `#[gpu_test(path)]` takes it from another function of the same signature. `Gpu` need
+/// not be in scope.
 #[proc_macro_attribute]
 pub fn gpu_test(source: TokenStream, function: TokenStream) -> TokenStream {
     let tokens: Vec<TokenTree> = function.into_iter().collect();
