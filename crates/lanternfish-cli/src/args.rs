@@ -1,6 +1,7 @@
 //! The flags of `render`, some of which other commands share. Scripts use these names, so they are fixed.
 
 mod light;
+pub(crate) mod part;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -9,7 +10,7 @@ pub(crate) mod view;
 
 use std::{ffi::OsString, path::PathBuf};
 
-use clap::{ArgMatches, Args, Command, FromArgMatches, builder::NonEmptyStringValueParser};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use glam::Vec3;
 use lanternfish::{
     direct_light::auto::AutoLights,
@@ -21,6 +22,7 @@ use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{
     light::LightArgs,
+    part::PartArgs,
     settings::{IndirectArgs, LookArgs, TechniqueArgs},
     track::TrackArgs,
 };
@@ -183,21 +185,6 @@ pub struct OutputArgs {
     /// Opens the image in a window when it is ready; of a sequence, the last frame.
     #[arg(long)]
     pub open: bool,
-}
-
-/// Flags that choose a scene of a file, and its materials.
-#[derive(Debug, Default, Args)]
-pub struct PartArgs {
-    /// A scene of the file, by name or index. Without it: the file's default scene.
-    #[arg(long = "scene", value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
-    #[arg(allow_hyphen_values = true, hide_short_help = true)]
-    pub scene_of_file: Option<String>,
-    /// A variant of the file's materials, by name or index. Without it: the file's default materials.
-    ///
-    /// `lanternfish info` lists them (KHR_materials_variants).
-    #[arg(long, value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
-    #[arg(allow_hyphen_values = true, hide_short_help = true)]
-    pub variant: Option<String>,
 }
 
 /// Flags of the camera.

@@ -18,7 +18,7 @@ use lanternfish_scene::{
     printable,
 };
 
-use crate::{flags::as_flags, output::has_ending, parse::Size};
+use crate::{ending::has_ending, flags::as_flags, parse::Size};
 
 /// Why the program stops.
 #[derive(Debug)]

@@ -9,6 +9,7 @@ use lanternfish_scene::{AlphaMode, LightKind, Material, Projection, Scene, print
 
 use crate::{
     args::{PartArgs, demos},
+    ending::has_ending,
     error::CliError,
     output,
     progress::Progress,
@@ -50,13 +51,13 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
 
 /// The path, if it names an image.
 fn image_path(name: &SceneName) -> Option<&Path> {
-    let is_image = |path: &&Path| output::has_ending(path, "png") || output::has_ending(path, "exr");
+    let is_image = |path: &&Path| has_ending(path, "png") || has_ending(path, "exr");
     Some(name.path()).filter(|path| name.demo().is_none() && is_image(path))
 }
 
 /// The texts that `render` and `reference` write into images.
 fn describe_image(path: &Path) -> Result<String, CliError> {
-    let texts = if output::has_ending(path, "png") { read_png_texts(path)? } else { read_exr_attributes(path)? };
+    let texts = if has_ending(path, "png") { read_png_texts(path)? } else { read_exr_attributes(path)? };
     let own = texts.iter().filter(|(name, _)| name.as_str() == SOFTWARE || name.starts_with("lanternfish."));
     let own: Vec<_> = own.map(|(name, text)| (name, text.replace(char::is_control, " "))).collect();
     let width = own.iter().map(|(name, _)| name.chars().count()).max();

@@ -68,6 +68,7 @@ mod cli;
 mod compare;
 mod deep_images;
 mod doctor;
+mod ending;
 mod farm;
 mod frames;
 mod info;

@@ -10,7 +10,7 @@ use lanternfish_metrics::{
     ColorType, RgbImage, destination, write_aside, write_exr_layers, write_exr_with_attributes, write_png_with_texts,
 };
 
-use crate::{error::CliError, scene::SceneName};
+use crate::{ending::has_ending, error::CliError, scene::SceneName};
 
 /// An image file in a supported format and a writable folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -152,11 +152,6 @@ pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -
         }
     }
     Ok(())
-}
-
-/// True if the file name has this extension, in upper or lower case.
-pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
 /// Writes to standard output and flushes it.

@@ -8,8 +8,8 @@ use lanternfish_viewer::{ImageOfFile, RenderedImages};
 use crate::{
     args::{RenderArgs, view::OnlyWindowArgs},
     compare::failed,
+    ending::has_ending,
     error::CliError,
-    output::has_ending,
     progress::Progress,
     scene::SceneName,
     shot::Shot,

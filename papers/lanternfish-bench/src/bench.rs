@@ -12,8 +12,10 @@ use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Sett
 use lanternfish_cli::{
     args::adapter,
     error::{self, CliError},
+    images::{rgb, shown},
     progress::Progress,
     scene::SceneName,
+    times::{frame_ms, least},
 };
 use lanternfish_gpu::{AdapterChoice, Engine, Gpu, PassTime, driver_warning};
 use lanternfish_metrics::{ColorType, RgbImage, write_png};
@@ -21,9 +23,7 @@ use lanternfish_scene::Scene;
 
 use crate::{
     document::{Document, LeftOut},
-    image::{rgb, shown},
     table::Row,
-    times::{frame_ms, least},
     view::View,
 };
 

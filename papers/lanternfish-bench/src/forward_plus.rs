@@ -6,15 +6,19 @@ use lanternfish::{
     RenderedImage,
     settings::{DebugView, RayCulling, Settings, Shadows, ToneMap},
 };
-use lanternfish_cli::{choices::choice, error::CliError, parse::Size};
+use lanternfish_cli::{
+    choices::choice,
+    error::CliError,
+    images::{differing, displayed, rgb},
+    parse::Size,
+    times::{counter, frame_time, medians, ms_of},
+};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, flip_ldr};
 
 use crate::{
     bench::{Bench, RunArgs, identical},
     case::{Case, changed},
-    image::{differing, displayed, rgb},
     table::{DASH, Row, decimal},
-    times::{counter, frame_time, medians, ms_of},
     view::{SubjectArgs, View},
 };
 

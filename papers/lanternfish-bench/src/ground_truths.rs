@@ -6,7 +6,12 @@ use std::{fs, path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::settings::{Exposure, Materials, Settings, ToneMap};
-use lanternfish_cli::{error::CliError, fingerprint, parse::Size};
+use lanternfish_cli::{
+    error::CliError,
+    fingerprint,
+    images::{energy_of, hdr_flip},
+    parse::Size,
+};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_reference::{
     Settings as TracerSettings, Tracer,
@@ -16,7 +21,6 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Scene, named_enum};
 use serde::Serialize;
 
 use self::layers::Layers;
-use crate::image::{energy_of, hdr_flip};
 
 /// Version of the stored ground truths. Raised when the path tracer's result for the same scene and settings changes, which makes stored
 /// ground truths obsolete.

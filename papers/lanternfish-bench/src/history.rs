@@ -1,7 +1,7 @@
 //! `lanternfish-bench history`: indirect light along a camera path and after a change of light, with and without temporal accumulation.
 
 use lanternfish::{RenderedImage, settings::Settings};
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{error::CliError, times::frame_ms};
 use lanternfish_scene::Scene;
 
 use crate::{
@@ -10,7 +10,6 @@ use crate::{
     one_bounce::{OneBounce, OneBounceArgs},
     reference::flip,
     table::Row,
-    times::frame_ms,
 };
 
 /// Number of frames before the change of light.

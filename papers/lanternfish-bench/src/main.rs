@@ -38,7 +38,7 @@ use lanternfish_cli::{
     args::TrustArgs,
     error::CliError,
     help::{self, HelpArgs},
-    images as image, program, times,
+    program,
 };
 
 use self::one_bounce::OneBounceArgs;

@@ -11,7 +11,7 @@ use lanternfish::{
     Renderer, Sent,
     settings::{Settings, Shadows},
 };
-use lanternfish_cli::{args::PartArgs, error::CliError, scene, scene::SceneName};
+use lanternfish_cli::{args::PartArgs, error::CliError, scene, scene::SceneName, times::leasts};
 use lanternfish_gpu::{read_back, storage_buffer};
 use lanternfish_reference::Random;
 use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
@@ -19,7 +19,6 @@ use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
 use crate::{
     bench::{Bench, RunArgs},
     table::Row,
-    times::leasts,
 };
 
 /// Flags of `moving`.

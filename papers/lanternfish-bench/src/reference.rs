@@ -1,13 +1,13 @@
 //! IndirectErrors of images against a path-traced reference, whose direct light is known.
 
 use lanternfish::RenderedImage;
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of, hdr_flip, linear},
+};
 use lanternfish_metrics::{MetricsError, Pair, RgbImage};
 
-use crate::{
-    image::{energy, energy_of, hdr_flip, linear},
-    table::Row,
-};
+use crate::table::Row;
 
 /// A path-traced image.
 pub struct Reference {

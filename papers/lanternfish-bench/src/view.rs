@@ -7,7 +7,7 @@ use lanternfish_cli::{
     args::{LightArgs, PartArgs, RenderArgs, ViewArgs},
     camera,
     error::CliError,
-    light_rig,
+    images, light_rig,
     parse::{self, Size},
     report::grouped,
     scene::{self, SceneName},
@@ -19,7 +19,6 @@ use lanternfish_scene::{Bounds, Camera, Scene};
 use crate::{
     bench::Bench,
     ground_truths::{self, GroundTruth, Traced},
-    image,
     table::Row,
 };
 
@@ -128,7 +127,7 @@ impl View {
 
     /// Display colours of linear radiance as the view shows it.
     pub fn shown(&self, image: &RgbImage) -> Vec<u8> {
-        image::shown(image, self.look.image.exposure, self.look.image.tone_map).0
+        images::shown(image, self.look.image.exposure, self.look.image.tone_map).0
     }
 
     /// The view's reference as [`ground_truths`] traces it.

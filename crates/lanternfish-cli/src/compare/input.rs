@@ -7,8 +7,8 @@ use lanternfish_scene::memory::Budget;
 
 use super::CompareArgs;
 use crate::{
+    ending::has_ending,
     error::{CliError, memory_hint},
-    output::has_ending,
 };
 
 /// The layer of an EXR file that holds the variances of its pixel values.

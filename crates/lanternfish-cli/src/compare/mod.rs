@@ -17,8 +17,9 @@ use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 pub use self::input::failed;
 use self::{input::Inputs, measure::Measures};
 use crate::{
+    ending::has_ending,
     error::{self, CliError},
-    output::{check_writable, has_ending, print, same_file, write_text},
+    output::{check_writable, print, same_file, write_text},
     parse,
 };
 

@@ -16,8 +16,9 @@ use lanternfish_reference::{Film, settings::Integrator};
 
 use super::sums;
 use crate::{
+    ending::has_ending,
     error::CliError,
-    output::{check_writable, has_ending, same_file},
+    output::{check_writable, same_file},
     parse::{Size, Span},
 };
 

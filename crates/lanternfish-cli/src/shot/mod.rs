@@ -27,7 +27,7 @@ use std::{
 
 use clap::{ArgMatches, parser::ValueSource};
 
-use crate::{args::RenderArgs, error::CliError, output, scene::SceneName};
+use crate::{args::RenderArgs, ending::has_ending, error::CliError, output, scene::SceneName};
 use camera_path::{CameraPath, RecordedPath};
 use keys::{Key, Kind};
 
@@ -95,7 +95,7 @@ pub(crate) fn plain(scene: &SceneName) -> Shot {
 
 /// True if a source is a shot or a recording, not a scene.
 pub fn is_shot(source: &SceneName) -> bool {
-    source.demo().is_none() && output::has_ending(source.path(), "toml")
+    source.demo().is_none() && has_ending(source.path(), "toml")
 }
 
 /// Reads a shot, or a recording as a shot. `flags` (id and value) override its keys.

@@ -17,6 +17,7 @@ use super::{
 };
 use crate::{
     camera,
+    ending::has_ending,
     error::CliError,
     output,
     scene::{self, SceneName},
@@ -48,7 +49,7 @@ pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
         let what = format_args!("{scene}: a recording has a camera for every step and no keyframes").to_string();
         return Err(CliError::new(what, "`lanternfish render` renders it as it is, and flags override its own"));
     }
-    let file = shot.args.output.output.clone().filter(|path| output::has_ending(path, "toml"));
+    let file = shot.args.output.output.clone().filter(|path| has_ending(path, "toml"));
     if let Some(file) = &file {
         if file.parent().is_some_and(|folder| !folder.as_os_str().is_empty()) {
             let what =
@@ -56,7 +57,7 @@ pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
             return Err(CliError::new(what, "give a name without a folder"));
         }
         output::refuse_same(&[(file, "the shot")], &[(shot.args.scene.path(), "the scene")])?;
-        shot.words.retain(|(id, value)| id != "output" || !output::has_ending(Path::new(value), "toml"));
+        shot.words.retain(|(id, value)| id != "output" || !has_ending(Path::new(value), "toml"));
     }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;

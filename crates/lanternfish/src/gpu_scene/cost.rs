@@ -3,8 +3,9 @@
 use lanternfish_limits::memory::{Budget, TooMuch};
 use lanternfish_scene::{Scene, bvh};
 
-use super::{Shading, geometry::DrawInstance, hits::HitTriangle, textures, tracing::TracedTriangle};
-use crate::gpu_scene::BvhTriangle;
+use super::{
+    bvh::BvhTriangle, geometry::DrawInstance, hits::HitTriangle, lobes::Shading, textures, tracing::TracedTriangle,
+};
 
 /// Bytes per vertex or index: packed on the host, and in the buffer.
 const BYTES_PER_VERTEX: u64 = 160;

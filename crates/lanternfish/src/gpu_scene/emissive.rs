@@ -5,9 +5,9 @@ use lanternfish_scene::{Material, Scene, light_tree::Emitter, mean_emission};
 use rayon::prelude::*;
 
 use super::{
-    Shading,
     hits::normal_matrix_of,
-    mask_cutoff,
+    lobes::Shading,
+    materials::mask_cutoff,
     tracing::{Part, Source, TracedTriangle},
 };
 use crate::lights::tree::EmissiveTriangle;

@@ -8,7 +8,7 @@ use lanternfish_scene::{AlphaMode, Bounds, Material, Primitive, Scene};
 use rayon::prelude::*;
 use wgpu::util::DeviceExt;
 
-use super::{Lobes, Shading};
+use super::lobes::{Lobes, Shading};
 use crate::error::RenderError;
 
 gpu_struct! {

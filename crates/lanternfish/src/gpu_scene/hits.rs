@@ -12,8 +12,8 @@ use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef, linear_fr
 use rayon::prelude::*;
 
 use super::{
-    Shading,
     geometry::stored_normal,
+    lobes::Shading,
     materials::{LAMBERT, UNLIT, dielectric_f0},
     mips::srgb_from_linear,
     tracing::{Part, Source, Tracing},

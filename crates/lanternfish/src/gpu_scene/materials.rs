@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, GpuError, WgslType, gpu_constants, gpu_struct, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Scene, TextureRef};
 
-use super::{Shading, textures::Textures};
+use super::{lobes::Shading, textures::Textures};
 
 gpu_struct! {
     /// How a material reads a texture.
@@ -315,6 +315,14 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         coat_map: slot(&material.clearcoat_texture, false),
         coat_roughness_map: slot(&material.clearcoat_roughness_texture, false),
         coat_normal_map: slot(&material.clearcoat_normal_texture, false),
+    }
+}
+
+/// Alpha of a material's base colour (factor times texture) from which a masked surface is solid.
+pub fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
+    match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => Some(cutoff),
+        AlphaMode::Opaque | AlphaMode::Blend => None,
     }
 }
 

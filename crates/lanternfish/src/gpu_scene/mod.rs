@@ -6,16 +6,18 @@
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
 //!        ├─ environment   the image of the environment, and the light made of it (environment_light/)
-//!        └─ lights        as lights/mod.rs packs them
+//!        └─ lights.rs     as lights/mod.rs packs them
 //! ```
 //!
-//! `update.rs` applies changes of the caller's scene on the device; `previous.rs` keeps the geometry of the previous frame.
+//! `scene.rs` holds all of it. `update.rs` applies changes of the caller's scene on the device; `previous.rs` keeps the
+//! geometry of the previous frame.
 
 mod bvh;
 mod cost;
 mod emissive;
 mod geometry;
 mod hits;
+mod lights;
 mod lobes;
 mod materials;
 mod mips;
@@ -25,6 +27,7 @@ mod parts;
 mod previous;
 mod raster;
 mod refit;
+mod scene;
 #[cfg(test)]
 mod tests;
 mod textures;
@@ -44,41 +47,20 @@ pub(crate) use needs::SceneRequirements;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
 pub use raster::{Faces, LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
+pub use scene::GpuScene;
 pub use textures::automatic_anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
-use glam::Vec3;
-use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uniform_buffer_of};
-use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
+use lanternfish_gpu::SharedStruct;
 
-use self::{
-    bvh::Bvh,
-    geometry::Geometry,
-    hits::Hits,
-    materials::Materials,
-    moving::{Bending, Moving},
-    previous::Previous,
-    textures::Textures,
-    tlas::Tlas,
-    tracing::Tracing,
-    update::{Placed, Unchanged},
-};
-use crate::{
-    environment_light::{EnvironmentImage, EnvironmentLight},
-    error::RenderError,
-    lights::{
-        Light, LightSet, LightStorage,
-        tree::{EmissiveTriangle, SceneLightTrees},
-    },
-    shaders::Shaders,
-};
+use crate::shaders::Shaders;
 
 /// The shaders of this folder: files of functions, and what they read.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[],
     &[
-        SharedStruct::of::<SoftShadows>(),
+        SharedStruct::of::<lights::SoftShadows>(),
         SharedStruct::of::<DrawInstance>(),
         SharedStruct::of::<Material>(),
         SharedStruct::of::<TextureSlot>(),
@@ -89,304 +71,3 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         SharedStruct::of::<MaskHeader>(),
     ],
 );
-
-gpu_struct! {
-    /// Parameters of shadows of area lights.
-    pub struct SoftShadows {
-        /// Rays from a pixel to each light.
-        rays: u32,
-    }
-}
-
-/// A scene on the device, which can be rendered any number of times with the settings of its upload.
-#[derive(Debug)]
-pub struct GpuScene {
-    pub(crate) geometry: Geometry,
-    pub(crate) textures: Textures,
-    /// The scene's lights.
-    pub(crate) lights: LightSet,
-    /// True if any of them is a disk or rectangle.
-    pub(crate) has_area_lights: bool,
-    /// Triangles that rays are traced through.
-    pub(crate) traced_triangles: u32,
-    /// Radiance of the background, nits.
-    pub(crate) sky: Vec3,
-    /// The background as an image, if the scene has one.
-    pub(crate) environment: Option<EnvironmentImage>,
-    /// Light of the environment, if the settings require it.
-    environment_light: Option<EnvironmentLight>,
-    /// World-space box of all geometry.
-    pub(crate) bounds: Bounds,
-    materials: Materials,
-    soft_shadows: wgpu::Buffer,
-    bvh: Option<Bvh>,
-    tlas: Option<Tlas>,
-    masks: wgpu::Buffer,
-    /// Shading data of hits, if hits are shaded.
-    hits: Option<Hits>,
-    /// Light trees, if a technique draws lights from them.
-    light_trees: Option<SceneLightTrees>,
-    placed: Placed,
-    /// Passes that move instances on the device; created at the first move.
-    moving: Option<Moving>,
-    /// Passes that deform vertices on the device; created at the first deformation.
-    bending: Option<Bending>,
-    /// Geometry of the previous frame, if a frame has requested motion.
-    previous: Previous,
-    device: wgpu::Device,
-    /// The requirements for which it was uploaded.
-    needs: SceneRequirements,
-    counters: Vec<(String, u64)>,
-}
-
-impl GpuScene {
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-        needs: SceneRequirements,
-    ) -> Result<Self, RenderError> {
-        validate(scene)?;
-        Self::with(device, queue, scene, needs, Unchanged::default())
-    }
-
-    /// An error if the process may not allocate what uploading a valid scene needs.
-    pub(crate) fn check_memory(scene: &Scene, needs: &SceneRequirements) -> Result<(), RenderError> {
-        Ok(cost::check(scene, needs.shading, needs.parts.rays())?)
-    }
-
-    /// Uploads a valid scene, except what is kept of an earlier upload.
-    fn with(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-        needs: SceneRequirements,
-        unchanged: Unchanged,
-    ) -> Result<Self, RenderError> {
-        let SceneRequirements { shading, parts, .. } = needs;
-        Self::check_memory(scene, &needs)?;
-        let textures =
-            Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
-        let materials = Materials::new(device, scene, shading, &textures)?;
-        let geometry = Geometry::new(device, scene, shading)?;
-
-        let lights = packed_lights(scene, &needs.lights, &device.limits())?;
-        let lights = light_set(device, scene, lights, &needs.lights)?;
-        let none = wgpu::BufferUsages::empty();
-
-        // Surfaces that cast shadows, in the BVH's leaf order.
-        let limits = device.limits();
-        let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
-        tracing.decide_opacity(mask_bytes);
-        let nodes = bvh::build(&mut tracing);
-        let node_count = nodes.len() as u64;
-        let triangles = &tracing.triangles;
-        let light_trees = parts.light_trees.then(|| {
-            let emissive = match parts.hits {
-                true => emissive::triangles(scene, shading, &tracing.parts, triangles),
-                false => Vec::new(),
-            };
-            SceneLightTrees::new(device, queue, &lights, emissive)
-        });
-        let light_trees = light_trees.transpose()?;
-        let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
-        let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
-        let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
-
-        let environment = match (unchanged.environment, &scene.environment) {
-            (None, Some(environment)) => Some(EnvironmentImage::new(device, queue, environment)?),
-            (kept, _) => kept,
-        };
-
-        let environment_and_image = scene.environment.as_ref().zip(environment.as_ref());
-        let refracts = scene.materials.iter().any(|m| ImageBehind::of(m, shading) == ImageBehind::Refracts);
-        let needs_light = parts.environment_visibility || (parts.hits && environment_and_image.is_some()) || refracts;
-        let environment_light = match unchanged.environment_light {
-            None if needs_light => Some(EnvironmentLight::new(device, queue, environment_and_image)?),
-            kept => kept,
-        };
-
-        let mut counters = vec![
-            (DRAWS.to_owned(), geometry.draws.len() as u64),
-            (LIGHTS.to_owned(), lights.capacity.into()),
-            ("scene/textures_bytes".to_owned(), textures.bytes),
-            ("scene/traced_triangles".to_owned(), triangles.len() as u64),
-            (NODES.to_owned(), node_count),
-        ];
-        if let Some(environment) = &environment {
-            counters.push((ENVIRONMENT_BYTES.to_owned(), environment.bytes));
-        }
-        Ok(Self {
-            bounds: geometry.bounds(),
-            geometry,
-            textures,
-            traced_triangles: triangles.len() as u32,
-            sky: scene.sky,
-            environment,
-            environment_light,
-            materials,
-            lights,
-            has_area_lights: has_area_lights(scene),
-            soft_shadows: uniform_buffer_of(
-                device,
-                "scene/soft_shadows",
-                &SoftShadows { rays: needs.lights.shadow_rays },
-            ),
-            bvh,
-            tlas,
-            masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: parts.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
-            light_trees,
-            placed: Placed::new(scene, tracing),
-            moving: None,
-            bending: None,
-            previous: Previous::default(),
-            device: device.clone(),
-            needs,
-            counters,
-        })
-    }
-
-    /// Bindings of the scene's buffers, under the names that the shaders use.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bindings(&self) -> Bindings<'_> {
-        let mut bindings = self
-            .materials
-            .all()
-            .buffer("draw_instances", &self.geometry.instances)
-            .with(&self.lights.bindings())
-            .buffer("soft_shadows", &self.soft_shadows)
-            .buffer("masks", &self.masks);
-        if let Some(bvh) = &self.bvh {
-            bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);
-        }
-        if let Some(hits) = &self.hits {
-            bindings = bindings.with(&hits.bindings());
-        }
-        if let Some(trees) = &self.light_trees {
-            bindings = bindings.with(&trees.bindings());
-        }
-        if let Some(light) = &self.environment_light {
-            bindings = bindings.with(&light.bindings());
-        }
-        if let Some(tlas) = &self.tlas {
-            bindings =
-                bindings.resource("scene_tlas", tlas.tlas.as_binding()).buffer("tlas_triangles", &tlas.triangles);
-        }
-        bindings
-    }
-
-    /// World-space box around its geometry, m.
-    pub fn bounds(&self) -> &Bounds {
-        &self.bounds
-    }
-
-    /// Its lights.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn lights(&self) -> &LightSet {
-        &self.lights
-    }
-
-    /// Triangles that rays can hit, each with the instance that it belongs to.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn traced_triangles(&self) -> u32 {
-        self.traced_triangles
-    }
-
-    /// The environment as light.
-    ///
-    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn environment_light(&self) -> &EnvironmentLight {
-        self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
-    }
-
-    /// Emissive triangles that rays hit, if hits are shaded.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
-        self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
-    }
-
-    /// True if hits are shaded and rays hit any emissive triangle.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn has_emissive_triangles(&self) -> bool {
-        self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
-    }
-
-    /// The BVH's triangles, if there is a BVH.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
-        self.bvh.as_ref().map(|bvh| &bvh.triangles)
-    }
-
-    /// The textures of one material, if textures are not one array, and the first material's parameters.
-    pub(crate) fn bindings_of_material(&self, material: u32) -> Bindings<'_> {
-        self.textures.of_material(material).with(&self.materials.of_draw())
-    }
-
-    /// Distance of a material's parameters from the first's, bytes.
-    pub(crate) fn offset_of_material(&self, material: u32) -> u32 {
-        self.materials.offset(material)
-    }
-
-    /// Sizes of what was uploaded.
-    pub fn counters(&self) -> &[(String, u64)] {
-        &self.counters
-    }
-}
-
-/// Name of the buffer and of its counter.
-const LIGHTS: &str = "scene/lights";
-/// Name of the counter.
-const DRAWS: &str = "scene/draws";
-/// Name of the counter.
-const ENVIRONMENT_BYTES: &str = "scene/environment_bytes";
-/// Name of the counter.
-const NODES: &str = "scene/bvh_nodes";
-
-/// An error that names the first violation of the scene types' contracts.
-fn validate(scene: &Scene) -> Result<(), RenderError> {
-    Ok(scene.validate()?)
-}
-
-/// Lights in the layout that shaders read. An error if there are more than the device can bind.
-fn packed_lights(scene: &Scene, settings: &LightStorage, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
-    let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
-    if needed > limit {
-        let remedy = "give the scene fewer (`lights`, `point`, and its own)";
-        return Err(RenderError::Overflow { list: "lights", needed, limit, remedy });
-    }
-    Ok(scene.lights.iter().map(|light| Light::new(light, settings)).collect())
-}
-
-/// A scene's lights on the device.
-fn light_set(
-    device: &wgpu::Device,
-    scene: &Scene,
-    lights: Vec<Light>,
-    settings: &LightStorage,
-) -> Result<LightSet, RenderError> {
-    let buffer = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
-    Ok(LightSet::new(device, buffer, lights, light_bounds(scene), settings))
-}
-
-fn has_area_lights(scene: &Scene) -> bool {
-    scene.lights.iter().any(|light| light.area().is_some())
-}
-
-fn light_bounds(scene: &Scene) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    let placed = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
-    placed.for_each(|light| bounds.add_point(light.position));
-    bounds
-}
-
-/// Alpha of a material's base colour (factor times texture) from which a masked surface is solid.
-pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
-    match material.alpha_mode {
-        AlphaMode::Mask { cutoff } => Some(cutoff),
-        AlphaMode::Opaque | AlphaMode::Blend => None,
-    }
-}

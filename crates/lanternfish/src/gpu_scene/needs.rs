@@ -1,15 +1,13 @@
-//! Scene requirements of a renderer, and the error of a scene that lacks one.
+//! Scene requirements of a renderer. `check.rs` returns the error of a scene that lacks one.
 
+mod check;
 #[cfg(test)]
 mod tests;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lanternfish_gpu::is_same_device;
-
-use crate::{error::RenderError, lights::LightStorage};
-
-use super::{GpuScene, Parts, Shading};
+use super::{lobes::Shading, parts::Parts};
+use crate::lights::LightStorage;
 
 /// The settings and scene parts that determine a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,31 +53,4 @@ impl SceneRequirements {
         let fault = faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what);
         fault.or_else(|| self.parts.lacks(needed.parts))
     }
-}
-
-impl GpuScene {
-    /// An error unless the scene is on this device and was uploaded for these requirements.
-    pub(crate) fn check(&self, device: &wgpu::Device, needed: &SceneRequirements) -> Result<(), RenderError> {
-        let has = &self.needs;
-        // A scene of the same renderer is on its device.
-        if has.renderer != needed.renderer {
-            self.check_device(device)?;
-        }
-        lacks(has.lacks(needed))
-    }
-
-    /// An error unless the scene is on this device and has these parts.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
-        self.check_device(device)?;
-        lacks(self.needs.parts.lacks(needed))
-    }
-
-    fn check_device(&self, device: &wgpu::Device) -> Result<(), RenderError> {
-        if is_same_device(&self.device, device) { Ok(()) } else { Err(RenderError::OtherDevice) }
-    }
-}
-
-fn lacks(fault: Option<&'static str>) -> Result<(), RenderError> {
-    fault.map_or(Ok(()), |what| Err(RenderError::OtherSettings { what }))
 }

@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::GpuScene;
+use super::scene::GpuScene;
 
 /// The state that was shown last before a change.
 #[derive(Debug, Default)]

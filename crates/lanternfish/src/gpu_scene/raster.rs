@@ -5,9 +5,9 @@ use std::{collections::HashMap, sync::Arc};
 use lanternfish_gpu::{BindGroups, Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
 
 use super::{
-    GpuScene,
     geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
     materials::MATERIAL_OF_DRAW,
+    scene::GpuScene,
 };
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 

@@ -6,7 +6,7 @@ use lanternfish_gpu::{Bindings, Gpu, GpuError, software_mesa};
 use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
-use super::{Shading, mips};
+use super::{lobes::Shading, mips};
 
 /// Number of textures whose mip levels are made at a time: bounds the staging memory.
 const BATCH: usize = 16;

@@ -9,7 +9,7 @@ use lanternfish_gpu::gpu_struct;
 use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
-use super::{mask_cutoff, mips};
+use super::{materials::mask_cutoff, mips};
 
 mod footprint;
 mod opacity;

@@ -3,7 +3,10 @@
 use glam::Vec4;
 use lanternfish_scene::Bounds;
 
-use super::{Draw, DrawAlpha, GpuScene};
+use super::{
+    geometry::{Draw, DrawAlpha},
+    scene::GpuScene,
+};
 use crate::view::View;
 
 /// The draws whose box intersects the view's frustum.

@@ -7,7 +7,13 @@ use lanternfish::{
     light_culling::clustered::GridContents,
     techniques::{Assignment, ClusterShape},
 };
-use lanternfish_cli::{error::CliError, replay::counted::histogram, report::grouped};
+use lanternfish_cli::{
+    error::CliError,
+    images::differing,
+    replay::counted::histogram,
+    report::grouped,
+    times::{counter, medians},
+};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
@@ -15,12 +21,7 @@ use super::{
     cases::{BRUTE_FORCE_TESTS, Views, settings},
     steps::Steps,
 };
-use crate::{
-    bench::Bench,
-    image::differing,
-    table::Row,
-    times::{counter, medians},
-};
+use crate::{bench::Bench, table::Row};
 
 /// Deterministic counts: equal in every run, and on every adapter that draws the same pixels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]

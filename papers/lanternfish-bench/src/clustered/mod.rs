@@ -20,6 +20,7 @@ use lanternfish_cli::{
     parse::{self, Frames, Size},
     report::grouped,
     scene::SceneName,
+    times::distinct,
 };
 use lanternfish_scene::{
     Light, Scene, StereoRig,
@@ -36,7 +37,6 @@ use crate::{
     bench::{Bench, RunArgs, identical},
     document::{Document, LeftOut},
     table::Row,
-    times::distinct,
     view,
 };
 

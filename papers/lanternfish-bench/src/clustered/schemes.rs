@@ -5,19 +5,17 @@ use lanternfish::{
     settings::{Culling, Settings, Shadows},
     techniques::{Clustered, TileSize, Tiled},
 };
-use lanternfish_cli::{error::CliError, report::grouped};
+use lanternfish_cli::{
+    error::CliError,
+    images::differing,
+    report::grouped,
+    times::{counter, medians, ms_of},
+};
 use lanternfish_papers::RasterGrid;
 use lanternfish_scene::{Camera, Scene};
 
 use super::cases::BRUTE_FORCE_TESTS;
-use crate::{
-    bench::Bench,
-    case::changed,
-    document::LeftOut,
-    image::differing,
-    table::Row,
-    times::{counter, medians, ms_of},
-};
+use crate::{bench::Bench, case::changed, document::LeftOut, table::Row};
 
 /// The compared schemes: each technique with its defaults, and other tile sizes and numbers of layers.
 fn cullings(look: &Settings, quick: bool) -> Vec<Culling> {

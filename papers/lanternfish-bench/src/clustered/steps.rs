@@ -1,9 +1,8 @@
 //! Passes grouped into the steps of clustered shading [VanGelderen2020, fig. 6.7, fig. 6.8].
 
+use lanternfish_cli::times::sorted;
 use lanternfish_gpu::PassTime;
 use serde::{Serialize, Serializer};
-
-use crate::times::sorted;
 
 /// Time of each step, ms, summed over all views and grids, in the order of [`NAMES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use lanternfish::GpuScene;
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{error::CliError, times::ms_of};
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
 use lanternfish_papers::{
     DeepBuilder, DeepImageSettings,
@@ -11,7 +11,7 @@ use lanternfish_papers::{
 };
 
 use super::cases::in_words;
-use crate::{table::Row, times::ms_of};
+use crate::table::Row;
 
 /// Keys and names of the steps.
 const STEPS: [(&str, &str); 6] = [

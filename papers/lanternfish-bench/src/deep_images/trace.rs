@@ -8,7 +8,10 @@ use lanternfish::{
     rays::{RayTracer, TracedRay},
     settings::Tracer,
 };
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    times::{least, ms_of},
+};
 use lanternfish_gpu::{Frame, read_back};
 use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 
@@ -18,10 +21,7 @@ use super::{
     crossings::Counts,
     rays::ReferenceRay,
 };
-use crate::{
-    table::Row,
-    times::{least, ms_of},
-};
+use crate::table::Row;
 
 /// The ray query of a software adapter is slow, and traces one ray in this many.
 const SOFTWARE_RAYS: usize = 8;

@@ -4,15 +4,17 @@ use lanternfish::{
     RenderedImage,
     techniques::{LightRays, SampledLights},
 };
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of, hdr_flip, linear},
+    times::{counter, frame_ms},
+};
 use lanternfish_metrics::{Pair, RgbImage};
 
 use super::{DirectLight, cases};
 use crate::{
     case::{Case, changed},
-    image::{energy, energy_of, hdr_flip, linear},
     table::Row,
-    times::{counter, frame_ms},
 };
 
 pub const TEXT: &str = "Against a ray to every light (*all*). *FLIP*: HDR-FLIP of one frame; *p99*: 99th percentile of |error| over the mean of the \

@@ -1,14 +1,12 @@
 //! A walk among moving lights, and a light that goes out.
 
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{error::CliError, images::rgb, times::median};
 use lanternfish_scene::generate::light_rain;
 
 use super::{DirectLight, cases};
 use crate::{
     case::Case,
-    image::rgb,
     table::Row,
-    times::median,
     view::View,
     walked::{STEP, Walked, put_out_brightest, walk},
 };

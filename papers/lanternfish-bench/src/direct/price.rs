@@ -3,13 +3,15 @@
 use std::time::Instant;
 
 use lanternfish::{RenderedImage, settings::Settings};
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    times::{counter, frame_ms, ms_of},
+};
 
 use super::{DirectLight, cases, unlimited};
 use crate::{
     case::{Case, changed},
     table::Row,
-    times::{counter, frame_ms, ms_of},
     view::View,
 };
 

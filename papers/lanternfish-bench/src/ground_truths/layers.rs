@@ -3,15 +3,17 @@
 use std::path::Path;
 
 use lanternfish::settings::{Exposure, ToneMap};
-use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy_of, shown},
+    parse::Size,
+};
 use lanternfish_metrics::{
     MetricsError, PIXELS_PER_DEGREE, RELATIVE_EPSILON, RgbImage, flip_ldr, read_exr_attributes, read_exr_layer,
     write_exr_layers,
 };
 use lanternfish_reference::{Film, Tracer};
 use lanternfish_scene::Camera;
-
-use crate::image::{energy_of, shown};
 
 /// Names of the file's layers and attributes.
 const VARIANCE: &str = "variance";

@@ -1,7 +1,11 @@
 //! Indirect light with cached radiance at hits, compared with shaded hits.
 
 use lanternfish::{RenderedImage, settings::Settings};
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, flip},
+    times::{counter, frame_ms},
+};
 use lanternfish_gpu::PassTime;
 use lanternfish_papers::WITHIN_TEXEL;
 
@@ -10,12 +14,7 @@ use super::{
     measure::RayBench,
     times::rays,
 };
-use crate::{
-    case::changed,
-    image::{energy, flip},
-    table::Row,
-    times::{counter, frame_ms},
-};
+use crate::{case::changed, table::Row};
 
 /// Number of frames before the frame with a warm cache.
 const WARM_FRAMES: u32 = 32;

@@ -1,12 +1,10 @@
 //! Error measures of an image against others of the same view.
 
 use lanternfish::RenderedImage;
+use lanternfish_cli::images::{energy, flip};
 use lanternfish_metrics::MetricsError;
 
-use crate::{
-    image::{energy, flip},
-    table::Row,
-};
+use crate::table::Row;
 
 /// Images and energies that an image is compared with.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! The parts of an image with diffuse and glossy indirect light, as Nießner adds them [Niessner2010, fig. 5, fig. 1].
 
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{error::CliError, images::linear, times::frame_ms};
 use lanternfish_metrics::RgbImage;
 use lanternfish_papers::ACROSS_TEXELS;
 
@@ -9,7 +9,7 @@ use super::{
     gaussian::RADIUS,
     measure::{RayBench, sized},
 };
-use crate::{case::changed, image::linear, table::Row, times::frame_ms};
+use crate::{case::changed, table::Row};
 
 /// Diffuse rays of a pixel; glossy ones are 16 [Niessner2010, §7].
 const DIFFUSE_RAYS: &str = "indirect-rays 8";

@@ -1,7 +1,12 @@
 //! Renders and times every configuration, and compares its image.
 
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
-use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_cli::{
+    error::CliError,
+    images::energy,
+    parse::Size,
+    times::{frame_ms, least},
+};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
 
@@ -14,9 +19,7 @@ use crate::{
     bench::Bench,
     case::changed,
     deep_images::{build::build, cases::Expected},
-    image::energy,
     table::{DASH, Row},
-    times::{frame_ms, least},
     view::View,
 };
 

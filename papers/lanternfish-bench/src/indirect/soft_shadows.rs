@@ -4,7 +4,11 @@ use lanternfish::{
     GpuScene,
     settings::{Settings, Shadows, Tracer},
 };
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::linear,
+    times::{counter, frame_ms, ms_of},
+};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, Pair, RgbImage};
 
 use super::{
@@ -14,9 +18,7 @@ use super::{
 };
 use crate::{
     case::changed,
-    image::linear,
     table::{DASH, Row},
-    times::{counter, frame_ms, ms_of},
 };
 
 /// Radius of lights without a size of their own, over the diagonal of the scene's box.

@@ -1,11 +1,9 @@
 //! Sums pass times into the times of a row.
 
+use lanternfish_cli::times::{frame_ms, ms_of};
 use lanternfish_gpu::PassTime;
 
-use crate::{
-    table::Row,
-    times::{frame_ms, ms_of},
-};
+use crate::table::Row;
 
 const TRACE: &str = "indirect/trace";
 const SHADE: &str = "indirect/shade";

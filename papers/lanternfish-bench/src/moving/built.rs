@@ -2,15 +2,15 @@
 
 use glam::Mat3A;
 use lanternfish::settings::{Quality, Settings, Shadows};
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    times::{leasts, ms_of},
+};
 use lanternfish_papers::{DeepImageSettings, WITHIN_TEXEL, deep_images::directions::Directions};
 use lanternfish_scene::Scene;
 
 use super::{Motion, moved};
-use crate::{
-    table::{DASH, Row},
-    times::{leasts, ms_of},
-};
+use crate::table::{DASH, Row};
 
 /// Image size of the frame that builds deep images, pixels. Small, so that building takes most of the frame time.
 const SIZE: [u32; 2] = [64, 36];

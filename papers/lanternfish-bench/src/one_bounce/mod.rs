@@ -5,7 +5,10 @@ pub mod walk;
 
 use clap::Args;
 use lanternfish::{RenderedImage, settings::Settings};
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of},
+};
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::Camera;
 
@@ -14,7 +17,6 @@ use crate::{
     bench::{Bench, RunArgs, Timed, is_requested},
     case::{Case, changed},
     ground_truths::{self, GroundTruth},
-    image::{energy, energy_of},
     reference::{IndirectErrors, Reference, flip},
     table::Row,
     view::{SubjectArgs, View},

@@ -1,5 +1,6 @@
 //! Figures of claims that no expression gives.
 
+use lanternfish_cli::times::distinct;
 use serde::Deserialize;
 
 use super::{
@@ -13,7 +14,6 @@ use crate::{
     },
     document::Document,
     table::{Row, fixed},
-    times::distinct,
 };
 
 /// A figure by its name, with its arguments.

@@ -6,7 +6,10 @@ mod occlusion;
 
 use std::collections::BTreeMap;
 
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    times::{counter, frame_ms, ms_of, sorted},
+};
 use lanternfish_gpu::PassTime;
 
 use self::cases::{PAPER, cases, converging, walked};
@@ -16,7 +19,6 @@ use crate::{
     one_bounce::{self, OneBounce, OneBounceArgs},
     papers::{self, Paper},
     table::{DASH, Row},
-    times::{counter, frame_ms, ms_of, sorted},
 };
 
 const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: split photons that leave the \

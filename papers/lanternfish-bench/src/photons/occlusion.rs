@@ -1,17 +1,19 @@
 //! Ambient occlusion with 512 deep images [Aalund2015, figs 8 and 9].
 
 use lanternfish::settings::Occlusion;
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of},
+    times::{counter, ms_of},
+};
 use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
 use super::cases::papers_images;
 use crate::{
     ground_truths::{self, GroundTruth},
-    image::{energy, energy_of},
     one_bounce::OneBounce,
     reference::flip,
     table::Row,
-    times::{counter, ms_of},
 };
 
 /// What the table means.

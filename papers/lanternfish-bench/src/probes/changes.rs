@@ -1,7 +1,12 @@
 //! A light that goes out, and an object that moves: how indirect light follows.
 
 use glam::{Affine3A, Vec3};
-use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_cli::{
+    error::CliError,
+    images::{hdr_flip, linear, rgb},
+    parse::Size,
+    times::median,
+};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_scene::{Camera, Instance, Mesh, Scene};
 
@@ -12,10 +17,8 @@ use super::{
 };
 use crate::{
     case::Case,
-    image::{hdr_flip, linear, rgb},
     reference::flip,
     table::Row,
-    times::median,
     view::View,
     walked::{STEP, Walked, put_out_brightest},
 };

@@ -4,12 +4,11 @@ use lanternfish::{
     RenderedImage,
     settings::{Exposure, Settings},
 };
-use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_cli::{error::CliError, images::linear, parse::Size};
 
 use super::{InMotion, rooms};
 use crate::{
     case::{Case, changed},
-    image::linear,
     table::Row,
     view::View,
 };

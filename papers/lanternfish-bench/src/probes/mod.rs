@@ -25,13 +25,13 @@ use lanternfish::{
 use lanternfish_cli::{
     error::CliError,
     parse::{self, Size},
+    times::{counter, ms_of},
 };
 
 use crate::{
     bench::{Bench, RunArgs, Stage, is_requested},
     case::{Case, changed},
     table::Row,
-    times::{counter, ms_of},
     view::View,
 };
 

@@ -1,6 +1,10 @@
 //! A walk whose frames have references of their own, and flicker of static surfaces along it.
 
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{linear, rgb},
+    times::median,
+};
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::Camera;
 
@@ -9,14 +13,12 @@ use crate::{
     bench::Stage,
     case::{Case, changed},
     ground_truths::GroundTruth,
-    image::{linear, rgb},
     one_bounce::{
         self,
         walk::{Walk, grey},
     },
     reference::flip,
     table::Row,
-    times::median,
     view::View,
     walked::{STEP, Walked, walk},
 };

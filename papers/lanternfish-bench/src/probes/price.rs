@@ -1,14 +1,16 @@
 //! The price of a frame with a warm radiance cache: rays by count, and times by pass.
 
 use lanternfish::RenderedImage;
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    times::{counter, sums},
+};
 use lanternfish_gpu::PassTime;
 
 use super::{Cost, InMotion, is_indirect, rays, views};
 use crate::{
     case::Case,
     table::{Row, percent},
-    times::{counter, sums},
 };
 
 const TEXT: &str = "A view at rest, after the frames that warm history and radiance cache. Rays a pixel by count: *rays* from pixels or probes, \

@@ -1,13 +1,15 @@
 //! A frame of a view at rest against the path tracer with all bounces.
 
-use lanternfish_cli::error::CliError;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of, rgb},
+};
 
 use super::{Cost, InMotion, NONE, case, views};
 use crate::{
     bench::file_name,
     case::{Case, ONE_BOUNCE},
     ground_truths::{self, GroundTruth, GroundTruthFigures},
-    image::{energy, energy_of, rgb},
     reference::Reference,
     table::Row,
     view::View,

@@ -3,7 +3,13 @@
 use std::time::{Duration, Instant};
 
 use lanternfish::{RenderError, RenderedImage, settings::Settings};
-use lanternfish_cli::{error::CliError, flags::as_flags, parse::Size};
+use lanternfish_cli::{
+    error::CliError,
+    flags::as_flags,
+    images::{differing, hdr_flip, linear, shown},
+    parse::Size,
+    times::{counter, frame_time, median},
+};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::Scene;
 use serde::Serialize;
@@ -12,8 +18,6 @@ use super::{shots::Shot, techniques::Technique};
 use crate::{
     bench::{Bench, file_name},
     case::Case,
-    image::{differing, hdr_flip, linear, shown},
-    times::{counter, frame_time, median},
     view::View,
 };
 

@@ -1,13 +1,13 @@
 //! Renders and times every configuration, and compares its image.
 
-use lanternfish_cli::{error::CliError, parse::Size, report::grouped};
+use lanternfish_cli::{error::CliError, parse::Size, report::grouped, times::counter};
 use lanternfish_papers::{VirtualLights, indirect::virtual_lights::MapSize};
 
 use super::{
     cases::{WITH_STEPS, ranges_alone},
     steps::Steps,
 };
-use crate::{bench::Timed, case::Case, one_bounce::OneBounce, table::Row, times::counter, view::View};
+use crate::{bench::Timed, case::Case, one_bounce::OneBounce, table::Row, view::View};
 
 /// A row of the table, without its errors.
 pub fn row(case: &Case, timed: &Timed) -> Row {

@@ -1,11 +1,11 @@
 //! Sums the passes of a frame into the steps of [Archer2019, table 1].
 
+use lanternfish_cli::times::{frame_ms, ms_of, sorted};
 use lanternfish_gpu::PassTime;
 
 use crate::{
     bench::Timed,
     table::{DASH, Row, fixed, percent},
-    times::{frame_ms, ms_of, sorted},
 };
 
 /// His steps, and what he measured: Atrium and Rungholt, 1920 x 1080, GeForce GTX 1060, ms.

@@ -4,7 +4,7 @@ use glam::Vec3;
 use lanternfish::{RenderError, gpu_scene::GpuScene};
 use lanternfish_gpu::read_back;
 
-use super::{DeepGrid, DeepImages, Fragment};
+use super::{images::DeepImages, shaders::DeepGrid, validate::Fragment};
 
 /// Surfaces of images against those of a baseline: images of the same scene, directions and resolution, built by a draw for each direction.
 /// Two fragments of one texel are the same surface if their depths differ by at most a texel. Fractions, 0 to 1.

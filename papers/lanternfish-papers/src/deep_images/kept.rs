@@ -8,10 +8,11 @@ use lanternfish_gpu::{Frame, Growth};
 use lanternfish_scene::Bounds;
 
 use super::{
-    Chunk, DeepImageBuilder, DeepImages,
+    build::DeepImageBuilder,
+    images::{Chunk, DeepImages},
+    settings::DeepImageSettings,
     store::{SLOTS, note_again},
 };
-use crate::deep_images::settings::DeepImageSettings;
 
 /// Deep images of the current scene, for every frame.
 #[derive(Debug)]

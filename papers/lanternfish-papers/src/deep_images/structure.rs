@@ -14,8 +14,10 @@ use lanternfish::{
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
 use super::{
-    DECLARED, DeepImages, KeptDeepImages,
+    images::DeepImages,
+    kept::KeptDeepImages,
     settings::{DeepImageSettings, DeepStore},
+    shaders::DECLARED,
 };
 use crate::rays::{across_texels, within_texel};
 

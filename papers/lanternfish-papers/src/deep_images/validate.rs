@@ -3,8 +3,11 @@
 use lanternfish::RenderError;
 use lanternfish_gpu::read_back;
 
-use super::{Chunk, DeepFrame, DeepImages};
-use crate::deep_images::settings::{DeepDepth, DeepStore};
+use super::{
+    images::{Chunk, DeepImages},
+    settings::{DeepDepth, DeepStore},
+    shaders::DeepFrame,
+};
 
 /// A surface on a texel's axis.
 #[derive(Clone, Copy, Debug, PartialEq)]

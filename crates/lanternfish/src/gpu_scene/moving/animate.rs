@@ -7,9 +7,9 @@ use lanternfish_gpu::Frame;
 use lanternfish_scene::{Bounds, Light, Scene, SceneFault, motion::Pose};
 
 use super::{
-    super::{GpuScene, validate},
-    Sent,
+    super::scene::GpuScene,
     bending::{Bend, Bending, bends},
+    sent::Sent,
 };
 use crate::{error::RenderError, lights::Light as PackedLight};
 
@@ -44,8 +44,9 @@ impl GpuScene {
         let pose = pose_at(scene, moment)?;
         let mut sent = Sent::default();
         if self.bending.is_none() && bends(scene) {
-            validate(scene)?;
-            let bending = Bending::new(self, scene)?;
+            scene.validate()?;
+            self.check_bindings()?;
+            let bending = Bending::new(&self.device, &self.geometry, scene)?;
             sent.bytes += bending.bytes;
             self.bending = Some(bending);
         }

@@ -1,68 +1,18 @@
 //! Mesh deformation on the device: vertices at rest, joint influences and morph targets are uploaded once; joint transforms and weights for
 //! every pose.
 
-use super::DECLARED;
-use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, storage_buffer_of};
+use glam::{Affine3A, UVec4, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer_of};
 use lanternfish_scene::{
     Bounds, Scene, SceneFault,
     motion::{Deformation, DeformedMesh, Pose, Reach},
 };
 
-use super::super::{GpuScene, geometry::Geometry};
+use super::{
+    super::geometry::Geometry,
+    shaders::{BendParameters, BentPrimitive, DECLARED, Influence, rows},
+};
 use crate::{common::workgroups, error::RenderError};
-
-gpu_struct! {
-    /// A primitive with deformed vertices.
-    pub struct BentPrimitive {
-        /// Index of its first vertex among all deformed vertices.
-        first: u32,
-        /// Number of its vertices.
-        vertex_count: u32,
-        /// Its first vertex in the scene's buffers.
-        first_vertex: u32,
-        /// Sets of four joints per vertex; 0: no skin.
-        set_count: u32,
-        /// Its first [`Influence`]; the sets of a vertex are adjacent.
-        first_influence: u32,
-        /// Index of the skin's first joint among all joints.
-        first_joint: u32,
-        /// Number of its morph targets.
-        target_count: u32,
-        /// Index in `target_weights` of its first target's weight.
-        first_weight: u32,
-        /// Index of its first float in `displacements`: target by target, vertex by vertex.
-        first_displacement: u32,
-        /// Floats per vertex and target: 3: position; 6: position and normal; 9: position, normal and tangent.
-        displacement_width: u32,
-        /// 1: normals are those of the triangles; three vertices per triangle.
-        has_flat_normals: u32,
-        /// 1: its tangents are deformed.
-        has_tangents: u32,
-    }
-}
-
-gpu_struct! {
-    /// Four joints of a vertex.
-    pub struct Influence {
-        /// Indices of the joints in the skin.
-        joints: UVec4,
-        /// Weights of the four joints; weights not above 0 are ignored.
-        weights: Vec4,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of a pass over deformed vertices.
-    pub struct BendParameters {
-        /// Number of deformed primitives.
-        primitive_count: u32,
-        /// Number of their vertices.
-        vertex_count: u32,
-        /// Unused.
-        _pad: UVec2,
-    }
-}
 
 /// Resources of deformation on the device; created at the first animation.
 #[derive(Debug)]
@@ -129,10 +79,9 @@ pub fn bends(scene: &Scene) -> bool {
 }
 
 impl Bending {
-    /// `scene` must be valid, with the meshes of `gpu_scene`.
-    pub fn new(gpu_scene: &GpuScene, scene: &Scene) -> Result<Self, RenderError> {
-        gpu_scene.check_bindings()?;
-        let (primitives, first_of_mesh) = gpu_scene.geometry.primitives();
+    /// `scene` must be valid, with the meshes of `geometry`, whose buffers the device can bind.
+    pub fn new(device: &wgpu::Device, geometry: &Geometry, scene: &Scene) -> Result<Self, RenderError> {
+        let (primitives, first_of_mesh) = geometry.primitives();
         let first_joints: Vec<usize> = scene
             .motion
             .skins
@@ -162,7 +111,6 @@ impl Bending {
             meshes.push(BentMesh { mesh, target_count });
             first_weight += target_count;
         }
-        let device = &gpu_scene.device;
         let (label, none) = ("gpu_scene/moving/bend", wgpu::BufferUsages::empty());
         let shader = DECLARED.link(label, &[])?;
         let kernel = ComputeKernel::new(device, &shader, "bend", label);
@@ -232,7 +180,7 @@ impl Bending {
 
     /// Adds the pass that deforms the vertices of these buffers, and returns the uploaded bytes.
     pub fn record(&mut self, frame: &mut Frame<'_>, geometry: &Geometry, bend: Bend) -> Result<u64, RenderError> {
-        let rows: Vec<[Vec4; 3]> = bend.joints.iter().map(super::rows).collect();
+        let rows: Vec<[Vec4; 3]> = bend.joints.iter().map(rows).collect();
         let joint_rows = frame.storage_of("scene/joint_rows", rows.as_flattened())?;
         let target_weights = frame.storage_of("scene/target_weights", &bend.weights)?;
         let uniform = frame.uniform(&self.parameters);

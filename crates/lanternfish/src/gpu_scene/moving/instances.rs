@@ -3,7 +3,13 @@
 use glam::Affine3A;
 use lanternfish_gpu::Frame;
 
-use super::{super::GpuScene, Moved, Moving, MovingParameters, Sent, rebuild::Rebuild};
+use super::{
+    super::scene::GpuScene,
+    passes::Moving,
+    rebuild::Rebuild,
+    sent::Sent,
+    shaders::{Moved, MovingParameters},
+};
 use crate::error::RenderError;
 
 impl GpuScene {

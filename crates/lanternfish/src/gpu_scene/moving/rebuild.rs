@@ -9,22 +9,24 @@
 //!
 //! No step waits for the device or the thread: the first call after the previous step has finished takes the next one.
 
-use super::DECLARED;
 use std::sync::{
     Arc, OnceLock,
     atomic::{AtomicU8, Ordering},
 };
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, storage_buffer};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer};
 use lanternfish_scene::{
     Bounds,
     bvh::{self, Effort},
 };
 use obvhs::{aabb::Aabb, cwbvh::CwBvh};
 
-use super::super::{
-    BvhTriangle,
-    refit::{box_of, cost},
+use super::{
+    super::{
+        bvh::BvhTriangle,
+        refit::{box_of, cost},
+    },
+    shaders::{CostParameters, DECLARED, PermuteParameters},
 };
 use crate::{
     common::{WORKGROUP, workgroups},
@@ -36,24 +38,6 @@ use crate::{
 pub const LIMIT: f64 = 1.2;
 /// Sums of costs: the shader's `SUMS`.
 const SUMS: u32 = 1024;
-
-gpu_struct! {
-    /// Parameters of a pass over nodes.
-    pub struct CostParameters {
-        /// Number of nodes of the tree.
-        node_count: u32,
-    }
-}
-
-gpu_struct! {
-    /// Parameters of the reordering of a list.
-    pub struct PermuteParameters {
-        /// Number of records.
-        record_count: u32,
-        /// Words per record.
-        record_words: u32,
-    }
-}
 
 /// A pending readback.
 #[derive(Debug)]

@@ -6,8 +6,8 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene, SceneFault};
 
 use super::{
-    super::{GpuScene, emissive, moving::Sent},
-    next_number,
+    super::{emissive, moving::sent::Sent, scene::GpuScene},
+    placed::next_number,
 };
 use crate::{error::RenderError, lights::Light};
 

@@ -2,13 +2,12 @@
 //!
 //! The figures are plots without tables. Only numbers in the text are used; none is read off a plot.
 
-use lanternfish_cli::report::grouped;
+use lanternfish_cli::{report::grouped, times::distinct};
 
 use super::{Figures, Played, mean};
 use crate::{
     clustered::cases::{Views, shapes},
     table::Row,
-    times::distinct,
 };
 
 /// One row per stated number and number of lights.

@@ -8,6 +8,7 @@ use lanternfish_cli::{
         page::{areas, least_of, over_frames},
     },
     report::grouped,
+    times::distinct,
 };
 use lanternfish_gpu::Gpu;
 
@@ -16,7 +17,7 @@ use super::{
     claims::{claims, tuned},
     mean,
 };
-use crate::{clustered::cases::Views, document::Document, times::distinct};
+use crate::{clustered::cases::Views, document::Document};
 
 pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
                      .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\

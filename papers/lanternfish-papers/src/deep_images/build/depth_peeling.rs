@@ -2,22 +2,16 @@
 
 use glam::UVec2;
 use lanternfish::{RenderError, common::workgroups, texture::target};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, storage_buffer};
 
-use super::super::DECLARED;
-use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
-
-gpu_struct! {
-    /// A fragment of a layer.
-    pub struct PeeledFragment {
-        /// Index of its list in the chunk.
-        list: u32,
-        /// Depth along the image's axis from the scene's middle, m.
-        depth: f32,
-        /// Index of its triangle, in the order of the BVH's leaves.
-        triangle: u32,
-    }
-}
+use super::{
+    super::{
+        settings::DeepImageSettings,
+        shaders::{DECLARED, DeepGrid},
+        store::put_features,
+    },
+    shared::PeeledFragment,
+};
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Format of a layer: triangle and depth.

@@ -1,21 +1,20 @@
 //! Builds deep images: a builder generates fragments and puts them into lists, a store finalizes the lists.
 
 mod depth_peeling;
+mod draw;
 mod per_direction;
 mod per_triangle;
+pub(super) mod shared;
 mod single_pass;
 
-use glam::{Quat, UVec2};
+use glam::Quat;
 use lanternfish::{
     RenderError,
     gpu_scene::{GpuScene, Parts},
-    texture::frame_target,
 };
-use lanternfish_gpu::{
-    Bindings, Feature, Frame, Growth, RasterPipeline, RasterState, faulty_software, storage_buffer_of,
-};
+use lanternfish_gpu::{Bindings, Frame, Growth, faulty_software, storage_buffer_of};
 
-pub use self::depth_peeling::PeeledFragment;
+pub use self::shared::PeeledFragment;
 use self::{
     depth_peeling::DepthPeeling,
     per_direction::PerDirection,
@@ -23,11 +22,12 @@ use self::{
     single_pass::{Samples, SinglePass},
 };
 use super::{
-    DECLARED, DeepCounts, DeepFrame, DeepGrid, DeepImages,
     directions::Directions,
+    images::{DeepCounts, DeepImages},
+    settings::{DeepBuilder, DeepImageSettings, DeepStore},
+    shaders::{DeepFrame, DeepGrid},
     store::{Source, Store},
 };
-use crate::deep_images::settings::{DeepBuilder, DeepImageSettings, DeepStore};
 
 /// How fragments are generated.
 #[derive(Debug)]
@@ -269,47 +269,6 @@ fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32
     let texels = u64::from(resolution).pow(2);
     // There are two entries more than lists.
     (entries.saturating_sub(2) / (texels * fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
-}
-
-/// Never written: a pass needs an attachment.
-const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
-
-/// Compiles a pass that draws triangles without color output.
-fn raster(
-    device: &wgpu::Device,
-    module: &str,
-    features: &[Feature],
-    label: &str,
-) -> Result<RasterPipeline, RenderError> {
-    let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
-    let targets = [Some(nothing)];
-    let state = RasterState { targets: &targets, ..Default::default() };
-    let shader = DECLARED.link(module, features)?;
-    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
-}
-
-/// Draws all triangles, fetched by index, without color output.
-fn draw(
-    frame: &mut Frame<'_>,
-    pipeline: &RasterPipeline,
-    label: &str,
-    size: UVec2,
-    grid: &DeepGrid,
-    instances: u32,
-    bindings: &Bindings<'_>,
-) {
-    let nothing = frame_target(frame, label, size, NO_TARGET, wgpu::TextureUsages::empty(), 1);
-    let color = wgpu::RenderPassColorAttachment {
-        view: &nothing,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
-    };
-    frame.render(label, &[Some(color)], None, |groups, pass| {
-        pipeline.set(pass);
-        pipeline.bind(groups, pass, bindings, 4);
-        pass.draw(0..3 * grid.triangle_count, 0..instances);
-    });
 }
 
 #[cfg(test)]

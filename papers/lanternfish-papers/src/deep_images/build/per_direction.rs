@@ -4,8 +4,10 @@ use glam::UVec2;
 use lanternfish::RenderError;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline};
 
-use super::{draw, raster};
-use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
+use super::{
+    super::{settings::DeepImageSettings, shaders::DeepGrid, store::put_features},
+    draw::{draw, raster},
+};
 
 #[derive(Debug)]
 pub(super) struct PerDirection {

@@ -3,8 +3,11 @@
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
 
-use super::super::DECLARED;
-use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
+use super::super::{
+    settings::DeepImageSettings,
+    shaders::{DECLARED, DeepGrid},
+    store::put_features,
+};
 
 gpu_constants! {
     /// Images per workgroup.

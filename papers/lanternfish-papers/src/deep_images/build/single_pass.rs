@@ -4,8 +4,14 @@ use glam::UVec2;
 use lanternfish::{RenderError, common::workgroups, gpu_scene::GpuScene};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_buffer, uniform_buffer_of};
 
-use super::{super::DECLARED, draw, raster};
-use crate::deep_images::{DeepGrid, settings::DeepImageSettings, store::put_features};
+use super::{
+    super::{
+        settings::DeepImageSettings,
+        shaders::{DECLARED, DeepGrid},
+        store::put_features,
+    },
+    draw::{draw, raster},
+};
 
 #[derive(Debug)]
 pub(super) struct SinglePass {

@@ -6,11 +6,12 @@ use lanternfish_gpu::{
 };
 
 use super::{
-    super::DECLARED, SLOTS, Slots, Source, check_capacity, counted_slots, first_guess, most_fragments, with_capacity,
-};
-use crate::deep_images::{
-    BLOCK_SORT, Chunk, DeepGrid, PAYLOAD,
-    settings::{DeepDepth, DeepImageSettings, DeepSort},
+    super::{
+        images::Chunk,
+        settings::{DeepDepth, DeepImageSettings, DeepSort},
+        shaders::{BLOCK_SORT, DECLARED, DeepGrid, PAYLOAD},
+    },
+    SLOTS, Slots, Source, check_capacity, counted_slots, first_guess, most_fragments, with_capacity,
 };
 
 #[derive(Debug)]

@@ -4,10 +4,13 @@
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::{super::DECLARED, Slots, Source, check_capacity, first_guess, most_fragments, with_capacity};
-use crate::deep_images::{
-    Chunk, DeepGrid, PAYLOAD,
-    settings::{DeepImageSettings, DeepStore},
+use super::{
+    super::{
+        images::Chunk,
+        settings::{DeepImageSettings, DeepStore},
+        shaders::{DECLARED, DeepGrid, PAYLOAD},
+    },
+    Slots, Source, check_capacity, first_guess, most_fragments, with_capacity,
 };
 
 #[derive(Debug)]

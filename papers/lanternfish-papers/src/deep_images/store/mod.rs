@@ -9,8 +9,11 @@ use lanternfish_gpu::{Bindings, Counted, Feature, Frame, gpu_constants, storage_
 #[cfg(test)]
 pub(crate) use self::linear_array::sort_feature;
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
-use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
-use crate::deep_images::settings::{DeepImageSettings, DeepStore};
+use super::{
+    images::Chunk,
+    settings::{DeepImageSettings, DeepStore},
+    shaders::{APPEND, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
+};
 
 /// Features of `store/put_fragment.wesl`, with which every builder's pass ends.
 pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {

@@ -3,6 +3,7 @@
 //! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: an image shows what a tracer reads.
 
 mod points;
+pub(super) mod shared;
 #[cfg(test)]
 mod tests;
 mod texels;
@@ -10,11 +11,14 @@ mod texels;
 use lanternfish::RenderError;
 
 pub use self::{
-    points::{PointCloud, PointImage, PointRange, PointSize},
-    texels::{Colors, TexelQuery, TexelScale, TexelValues, TexelViews},
+    points::{PointCloud, PointImage, PointSize},
+    shared::{PointRange, TexelQuery, TexelScale},
+    texels::{Colors, TexelValues, TexelViews},
 };
-use super::{Chunk, DeepImages};
-use crate::deep_images::settings::{DeepImageSettings, DeepStore};
+use super::{
+    images::{Chunk, DeepImages},
+    settings::{DeepImageSettings, DeepStore},
+};
 
 /// An error unless fragments can be read by index.
 fn check_store(settings: &DeepImageSettings) -> Result<(), RenderError> {

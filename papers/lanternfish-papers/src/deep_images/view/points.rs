@@ -8,27 +8,17 @@ use lanternfish::{
     texture::target,
     view::View,
 };
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, uniform_buffer_of};
 
 use super::{
-    super::{DECLARED, DeepImages},
+    super::{
+        images::DeepImages,
+        settings::{DeepImageSettings, DeepSearch},
+        shaders::DECLARED,
+    },
     check_store, invocation_index,
+    shared::PointRange,
 };
-use crate::deep_images::settings::{DeepImageSettings, DeepSearch};
-
-gpu_struct! {
-    /// The fragments of a chunk to draw, and their size.
-    pub struct PointRange {
-        /// First list to draw, counted from the chunk's first.
-        first_list: u32,
-        /// Number of lists that are drawn, from the first one on.
-        list_count: u32,
-        /// Radius of a point, m.
-        radius: f32,
-        /// Minimum radius of a point, pixels.
-        least_pixels: f32,
-    }
-}
 
 /// Size of points: the larger of the two.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,43 +6,14 @@ use lanternfish::{
     output::{DISPLAY_FORMAT, fullscreen},
 };
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_constants, gpu_struct, storage_buffer,
-    uniform_buffer_of,
+    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_constants, storage_buffer, uniform_buffer_of,
 };
 
 use super::{
-    super::{DECLARED, DeepImages},
+    super::{images::DeepImages, settings::DeepImageSettings, shaders::DECLARED},
     check_store, invocation_index,
+    shared::{TexelQuery, TexelScale},
 };
-use crate::deep_images::settings::DeepImageSettings;
-
-gpu_struct! {
-    /// The query for every texel.
-    pub struct TexelQuery {
-        /// Index of the image, counted from the chunk's first.
-        image: u32,
-        /// Index of the fragment in a list: 0 is the first, -1 the last.
-        layer: i32,
-    }
-}
-
-gpu_struct! {
-    /// Mapping from numbers to colours.
-    pub struct TexelScale {
-        /// Number shown as white (grey) or black (heat).
-        lowest: f32,
-        /// Number shown as the darkest grey or as red.
-        highest: f32,
-        /// Texels across and down the image.
-        resolution: u32,
-        /// Pixels of a texel across and down.
-        upscale: u32,
-        /// 1: the image is rotated by 180°.
-        turned: u32,
-        /// 0: grey; 1: heat.
-        colors: u32,
-    }
-}
 
 gpu_constants! {
     /// Number of a texel whose list ends before the layer.

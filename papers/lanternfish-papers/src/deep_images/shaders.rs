@@ -1,0 +1,164 @@
+//! The shaders of this folder, their features, and the data that they share with the host.
+
+use glam::{UVec2, Vec2, Vec3, Vec4};
+use lanternfish::shaders::{Root, Shaders};
+use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
+
+use super::{
+    build::shared::PeeledFragment,
+    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    view::shared::{PointRange, TexelQuery, TexelScale},
+};
+
+/// Features of each store, without and with the fragments' triangles.
+const STORES: &[&[Feature]] = &[
+    &[APPEND],
+    &[APPEND, PAYLOAD],
+    &[LINKED_LIST],
+    &[LINKED_LIST, PAYLOAD],
+    &[SORTED_LINKED_LIST],
+    &[SORTED_LINKED_LIST, PAYLOAD],
+];
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders::of(
+    &crate::shaders::SHADERS,
+    &[
+        Root::new("deep_images/build/single_pass"),
+        Root::of("deep_images/build/distribute", &[STORES]),
+        Root::of("deep_images/build/per_triangle", &[STORES]),
+        Root::of("deep_images/build/per_direction", &[STORES]),
+        Root::new("deep_images/build/depth_peeling"),
+        Root::of("deep_images/build/peeled", &[STORES]),
+        Root::of("deep_images/store/fill", &[&[&[], &[PAYLOAD]]]),
+        Root::of("deep_images/store/sort", &[&[&[], &[PAYLOAD]], &[&[], &[BLOCK_SORT]]]),
+        Root::new("deep_images/store/pack"),
+        Root::of("deep_images/store/link", &[&[&[], &[PAYLOAD]]]),
+        Root::of("deep_images/view/points", &[&[&[PAYLOAD]], &[&[], &[DEPTH_16]]]),
+        Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]], &[&[], &[LINEAR_STEPS]]]),
+        Root::new("deep_images/view/paint"),
+    ],
+    &[
+        SharedStruct::of::<DeepGrid>(),
+        SharedStruct::of::<DeepFrame>(),
+        SharedStruct::of::<PeeledFragment>(),
+        SharedStruct::of::<SurfaceSample>(),
+        SharedStruct::of::<PointRange>(),
+        SharedStruct::of::<TexelQuery>(),
+        SharedStruct::of::<TexelScale>(),
+    ],
+);
+
+/// Fragments are put into linear arrays.
+pub(crate) const APPEND: Feature = Feature::new("append");
+/// Fragments are in unsorted linked lists.
+pub(crate) const LINKED_LIST: Feature = Feature::new("linked_list");
+/// Fragments are in linked lists, the nearest first.
+pub(crate) const SORTED_LINKED_LIST: Feature = Feature::new("sorted_linked_list");
+/// Fragments store their triangles.
+pub(crate) const PAYLOAD: Feature = Feature::new("payload");
+/// Depths of fragments have 16 bits.
+pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
+/// Lists in linear arrays are sorted by networks, in blocks.
+pub(crate) const BLOCK_SORT: Feature = Feature::new("block_sort");
+/// Lists in linear arrays are searched linearly.
+pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
+
+gpu_struct! {
+    /// Placement of deep images.
+    pub struct DeepGrid {
+        /// Centre of the sphere around the scene, world space, m.
+        center: Vec3,
+        /// Radius of that sphere, m.
+        radius: f32,
+        /// Texels per metre: texels across an image over its width.
+        texels_per_metre: f32,
+        /// Texels across and down an image.
+        resolution: u32,
+        /// Images of the current chunk.
+        image_count: u32,
+        /// Images of all chunks before it.
+        first_image: u32,
+        /// Number of drawn triangles.
+        triangle_count: u32,
+        /// Capacity of the chunk's lists, fragments.
+        capacity: u32,
+        /// Fragments of one list closer to each other than this are one surface, m.
+        merge_distance: f32,
+        /// Distance between the single pass' samples, across the axis along which a triangle is drawn, m.
+        sample_spacing: f32,
+        /// Rotation into the space of the set of directions, a unit quaternion.
+        set_from_world: Vec4,
+    }
+}
+
+gpu_struct! {
+    /// Unit axes of an image, world space.
+    pub struct DeepFrame {
+        /// Right.
+        x: Vec3,
+        /// Unused.
+        _pad_x: f32,
+        /// Up.
+        y: Vec3,
+        /// Unused.
+        _pad_y: f32,
+        /// Along the image's direction.
+        z: Vec3,
+        /// Unused.
+        _pad_z: f32,
+    }
+}
+
+gpu_struct! {
+    /// A sample of the scene's surfaces from the single pass.
+    pub struct SurfaceSample {
+        /// Position, world space, m.
+        p_world: Vec3,
+        /// Index of the triangle, in the order of the BVH's leaves.
+        triangle: u32,
+        /// Barycentric weights of the triangle's second and third corner.
+        weights: Vec2,
+        /// Unused.
+        _pad: UVec2,
+    }
+}
+
+impl DeepGrid {
+    /// Number of lists the chunk has: a texel of an image each.
+    pub(super) fn list_count(&self) -> u32 {
+        self.image_count * self.resolution * self.resolution
+    }
+}
+
+impl DeepImageSettings {
+    /// Every variant of images that shaders read differently, with triangles or without.
+    pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
+        let stores = DeepStore::ALL.iter().copied();
+        let depths = stores.flat_map(|store| {
+            let held = DeepDepth::ALL.iter().copied().filter(move |depth| store.holds(*depth));
+            held.map(move |depth| Self { store, depth, payload, ..Self::default() })
+        });
+        let of_kind = |images: Self| {
+            let searches = match images.store {
+                DeepStore::LinearArray => DeepSearch::ALL,
+                DeepStore::LinkedList | DeepStore::SortedLinkedList => &[DeepSearch::Bisection],
+            };
+            searches.iter().map(move |search| Self { search: *search, ..images })
+        };
+        depths.flat_map(of_kind).collect()
+    }
+
+    /// Features of a shader that imports `deep_images/fragments`, so that it reads images of these settings.
+    pub fn fragment_features(&self) -> Vec<Feature> {
+        let store = match self.store {
+            DeepStore::LinearArray => None,
+            DeepStore::LinkedList => Some(LINKED_LIST),
+            DeepStore::SortedLinkedList => Some(SORTED_LINKED_LIST),
+        };
+        let depth = (self.depth == DeepDepth::Bits16).then_some(DEPTH_16);
+        let steps = self.store == DeepStore::LinearArray && self.search == DeepSearch::LinearSteps;
+        let search = steps.then_some(LINEAR_STEPS);
+        store.into_iter().chain(depth).chain(search).chain(self.payload.then_some(PAYLOAD)).collect()
+    }
+}
