@@ -182,7 +182,7 @@ struct Dielectric {
     transmission: f64,
 }
 
-/// The reflector of a glTF material without its textures. CPU reference of the packing in `gpu_scene/materials.rs`.
+/// The reflector of a glTF material without its textures. CPU reference of the packing in `gpu_scene/upload/materials.rs`.
 pub fn reflector(
     material: &Material,
     base_color: DVec3,

@@ -1,73 +1,40 @@
 //! A scene on the device.
 //!
 //! ```text
-//! Scene ─┬─ geometry.rs   vertex and index buffers, draw instances, draws
-//!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
-//!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
-//!        │                                                       └─ tlas.rs  the adapter's own structure
-//!        ├─ environment   the image of the environment, and the light made of it (environment_light/)
-//!        └─ lights.rs     as lights/mod.rs packs them
+//! Scene ─┬─ upload/geometry.rs   vertex and index buffers, draw instances, draws
+//!        ├─ upload/materials.rs  materials ── textures.rs  textures with mip levels, samplers
+//!        ├─ upload/lights.rs     as lights/mod.rs packs them
+//!        ├─ tracing.rs           world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
+//!        │                                                              └─ tlas.rs  the adapter's own structure
+//!        └─ environment          its image, and the light made of it (environment_light/)
 //! ```
 //!
-//! `scene.rs` holds all of it. `update.rs` applies changes of the caller's scene on the device; `previous.rs` keeps the
-//! geometry of the previous frame.
+//! `scene.rs` holds all of it, and `shaders.rs` the data that shaders read. `update.rs` applies changes of the caller's scene
+//! on the device, and `update/previous.rs` keeps the geometry of the previous frame; `moving/` moves and deforms on the
+//! device. `visible.rs` and `raster.rs` draw.
 
-mod bvh;
-mod cost;
-mod emissive;
-mod geometry;
-mod hits;
-mod lights;
-mod lobes;
-mod materials;
-mod mips;
 pub(crate) mod moving;
-mod needs;
-mod parts;
-mod previous;
 mod raster;
-mod refit;
 mod scene;
+mod shaders;
 #[cfg(test)]
 mod tests;
-mod textures;
-mod tlas;
 mod tracing;
 mod update;
+mod upload;
 mod visible;
 
-pub use bvh::BvhTriangle;
-pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, ImageBehind, Side};
-pub use hits::{HitMaterial, HitTriangle};
-pub use lobes::Lobes;
-pub(crate) use lobes::Shading;
-pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
-pub(crate) use needs::SceneRequirements;
-pub use parts::Parts;
-pub(crate) use previous::GeometryAt;
 pub use raster::{Faces, LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
 pub use scene::GpuScene;
-pub use textures::automatic_anisotropy;
-pub use tracing::{MaskHeader, MaskRecord};
+pub(crate) use shaders::DECLARED;
+pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
+pub(crate) use update::previous::GeometryAt;
+pub use upload::{
+    geometry::{Draw, DrawAlpha, Facing, ImageBehind, Side},
+    lobes::Lobes,
+    parts::Parts,
+    textures::automatic_anisotropy,
+};
+pub(crate) use upload::{lobes::Shading, needs::SceneRequirements};
 pub use visible::VisibleDraws;
-
-use lanternfish_gpu::SharedStruct;
-
-use crate::shaders::Shaders;
-
-/// The shaders of this folder: files of functions, and what they read.
-pub(crate) const DECLARED: Shaders = Shaders::new(
-    &[],
-    &[
-        SharedStruct::of::<lights::SoftShadows>(),
-        SharedStruct::of::<DrawInstance>(),
-        SharedStruct::of::<Material>(),
-        SharedStruct::of::<TextureSlot>(),
-        SharedStruct::of::<BvhTriangle>(),
-        SharedStruct::of::<HitTriangle>(),
-        SharedStruct::of::<HitMaterial>(),
-        SharedStruct::of::<MaskRecord>(),
-        SharedStruct::of::<MaskHeader>(),
-    ],
-);

@@ -5,9 +5,11 @@ use std::{collections::HashMap, sync::Arc};
 use lanternfish_gpu::{BindGroups, Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
 
 use super::{
-    geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
-    materials::MATERIAL_OF_DRAW,
     scene::GpuScene,
+    upload::{
+        geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
+        materials::MATERIAL_OF_DRAW,
+    },
 };
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 

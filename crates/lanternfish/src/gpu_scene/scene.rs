@@ -5,19 +5,27 @@ use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{Bounds, Scene};
 
 use super::{
-    bvh::{self, Bvh},
-    cost, emissive,
-    geometry::{Geometry, ImageBehind},
-    hits::Hits,
-    lights::{LIGHTS, SoftShadows, has_area_lights, light_set, packed_lights},
-    materials::Materials,
     moving::{bending::Bending, passes::Moving},
-    needs::SceneRequirements,
-    previous::Previous,
-    textures::Textures,
-    tlas::Tlas,
-    tracing::Tracing,
-    update::placed::{Placed, Unchanged},
+    shaders::SoftShadows,
+    tracing::{
+        Tracing,
+        bvh::{self, Bvh},
+        emissive,
+        hits::Hits,
+        tlas::Tlas,
+    },
+    update::{
+        placed::{Placed, Unchanged},
+        previous::Previous,
+    },
+    upload::{
+        cost,
+        geometry::{Geometry, ImageBehind},
+        lights::{LIGHTS, has_area_lights, light_set, packed_lights},
+        materials::Materials,
+        needs::SceneRequirements,
+        textures::Textures,
+    },
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},

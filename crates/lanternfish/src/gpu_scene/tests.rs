@@ -6,7 +6,7 @@ use lanternfish_scene::{
     Camera, Environment, Image, Light, Material, Mesh, Primitive, Projection, Sampler, Scene, Texture, TextureRef,
 };
 
-use super::lights::packed_lights;
+use super::upload::lights::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,

@@ -5,14 +5,21 @@
 use std::collections::HashMap;
 
 use glam::{UVec2, Vec2, Vec3};
-use lanternfish_gpu::gpu_struct;
 use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
-use super::{materials::mask_cutoff, mips};
+use super::{
+    shaders::{MaskHeader, MaskRecord},
+    upload::{materials::mask_cutoff, mips},
+};
 
+pub mod bvh;
+pub mod emissive;
 mod footprint;
+pub mod hits;
 mod opacity;
+pub mod refit;
+pub mod tlas;
 
 #[cfg(test)]
 mod tests;
@@ -46,44 +53,6 @@ pub struct Part {
     pub instance: u32,
     /// Index of the primitive in the instance's mesh.
     pub primitive: u32,
-}
-
-gpu_struct! {
-    /// A masked triangle's data for its mask.
-    pub struct MaskRecord {
-        /// Texture coordinates of the first corner.
-        uv_a: Vec2,
-        /// Texture coordinates of the second corner.
-        uv_b: Vec2,
-        /// Texture coordinates of the third corner.
-        uv_c: Vec2,
-        /// Factor of the mask's alpha at the first corner.
-        alpha_a: f32,
-        /// Factor of the mask's alpha at the second corner.
-        alpha_b: f32,
-        /// Factor of the mask's alpha at the third corner.
-        alpha_c: f32,
-        /// Address of the mask's header, words.
-        header: u32,
-    }
-}
-
-gpu_struct! {
-    /// How an image's alpha is read as a mask.
-    pub struct MaskHeader {
-        /// Size of the mask, texels: the image's, or less if it was halved to fit.
-        size: UVec2,
-        /// Wrap modes along u and v: constants in `mask.wesl`.
-        wrap: UVec2,
-        /// 1: bilinear filter, 0: nearest texel.
-        linear_filter: u32,
-        /// Alpha from which the surface is solid.
-        cutoff: f32,
-        /// Address of the first word of texels.
-        texels: u32,
-        /// Unused.
-        _pad: u32,
-    }
 }
 
 const RECORD_WORDS: usize = size_of::<MaskRecord>() / 4;

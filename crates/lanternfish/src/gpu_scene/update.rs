@@ -10,6 +10,7 @@
 mod one;
 mod outline;
 pub(super) mod placed;
+pub(super) mod previous;
 #[cfg(test)]
 mod tests;
 
@@ -20,12 +21,12 @@ use self::{
     placed::{Unchanged, next_number, transforms},
 };
 use super::{
-    emissive,
-    geometry::standing,
-    lights::{LIGHTS, has_area_lights, light_bounds, light_set, packed_lights},
     scene::{DRAWS, ENVIRONMENT_BYTES, GpuScene, NODES},
-    tlas::Tlas,
-    tracing::pose,
+    tracing::{emissive, pose, tlas::Tlas},
+    upload::{
+        geometry::standing,
+        lights::{LIGHTS, has_area_lights, light_bounds, light_set, packed_lights},
+    },
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},

@@ -4,8 +4,8 @@ use glam::Vec4;
 use lanternfish_scene::Bounds;
 
 use super::{
-    geometry::{Draw, DrawAlpha},
     scene::GpuScene,
+    upload::geometry::{Draw, DrawAlpha},
 };
 use crate::view::View;
 

@@ -9,7 +9,7 @@ use lanternfish_scene::{
 };
 
 use super::{
-    super::geometry::Geometry,
+    super::upload::geometry::Geometry,
     shaders::{BendParameters, BentPrimitive, DECLARED, Influence, rows},
 };
 use crate::{common::workgroups, error::RenderError};

@@ -8,9 +8,9 @@ use obvhs::cwbvh::{BRANCHING, CwBvh, node::CwBvhNode};
 
 use super::{
     super::{
-        bvh::{Bvh, BvhTriangle},
-        hits::HitTriangle,
         scene::GpuScene,
+        shaders::{BvhTriangle, HitTriangle},
+        tracing::bvh::Bvh,
     },
     rebuild::{Built, Rebuild, Watched},
     shaders::{BVH, DECLARED, HITS, Moved, MovingParameters, TLAS},

@@ -23,8 +23,8 @@ use obvhs::{aabb::Aabb, cwbvh::CwBvh};
 
 use super::{
     super::{
-        bvh::BvhTriangle,
-        refit::{box_of, cost},
+        shaders::BvhTriangle,
+        tracing::refit::{box_of, cost},
     },
     shaders::{CostParameters, DECLARED, PermuteParameters},
 };

@@ -3,7 +3,7 @@
 use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
 use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
 
-use super::super::geometry::mirrors;
+use super::super::upload::geometry::mirrors;
 use crate::shaders::{Root, Shaders};
 
 /// The shaders of this folder.

@@ -14,7 +14,7 @@ use lanternfish_scene::{
 use obvhs::cwbvh::node::CwBvhNode;
 
 use super::{
-    super::{refit::outside, tracing::TracedTriangle},
+    super::tracing::{TracedTriangle, refit::outside},
     Sent,
 };
 use crate::{

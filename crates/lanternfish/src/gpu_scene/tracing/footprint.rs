@@ -2,7 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{HEADER_WORDS, MaskHeader, MaskRecord, opacity::coordinates};
+use super::{
+    super::shaders::{MaskHeader, MaskRecord},
+    HEADER_WORDS,
+    opacity::coordinates,
+};
 
 /// Opacity of a subtriangle, as in `mask.wesl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,8 @@ use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use super::{
-    HEADER_WORDS, MaskHeader, MaskRecord, RECORD_WORDS, TracedTriangle, Tracing,
+    super::shaders::{MaskHeader, MaskRecord},
+    HEADER_WORDS, RECORD_WORDS, TracedTriangle, Tracing,
     footprint::{Mask, Opacity, subtriangles},
 };
 

@@ -6,7 +6,7 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene, SceneFault};
 
 use super::{
-    super::{emissive, moving::sent::Sent, scene::GpuScene},
+    super::{moving::sent::Sent, scene::GpuScene, tracing::emissive},
     placed::next_number,
 };
 use crate::{error::RenderError, lights::Light};

@@ -10,10 +10,11 @@ use lanternfish_scene::{Scene, SceneFault};
 
 use super::{
     super::{
-        emissive,
-        geometry::{Geometry, mirrors},
-        textures::Images,
-        tracing::{Part, Source, Tracing},
+        tracing::{Part, Source, Tracing, emissive},
+        upload::{
+            geometry::{Geometry, mirrors},
+            textures::Images,
+        },
     },
     outline::{self, Outline},
 };

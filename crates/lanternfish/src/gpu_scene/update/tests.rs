@@ -14,8 +14,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 use super::{
     super::{
         moving::tests::read,
-        refit::outside,
-        tracing::{self, assert_same_corners, pose},
+        tracing::{self, assert_same_corners, pose, refit::outside},
     },
     Outline,
 };

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     GpuScene, Renderer, Settings,
-    gpu_scene::refit::{box_of, cost, outside},
+    gpu_scene::tracing::refit::{box_of, cost, outside},
     settings::{DebugView, Shadows, Tracer},
     techniques::Sampled,
     testing::{apart, moved},

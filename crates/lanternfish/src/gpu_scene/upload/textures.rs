@@ -39,7 +39,7 @@ const MOST_BOUND_MATERIALS: usize = 8192;
 const MAPS: usize = 12;
 
 /// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
-pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
+pub(in crate::gpu_scene) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
 
 /// The textures of a scene on the device. Texture 0 is one white texel.
 #[derive(Debug)]
@@ -81,14 +81,14 @@ fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m Text
 }
 
 /// Images that are shaded, and whether each is read as sRGB: an image that is read both ways is uploaded twice.
-pub(super) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(usize, bool)> {
+pub(in crate::gpu_scene) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(usize, bool)> {
     let references = scene.materials.iter().flat_map(|material| references(material, shading));
     references.filter_map(|(reference, srgb)| Some((scene.textures[reference?.texture].image, srgb))).collect()
 }
 
 impl Textures {
     /// `kept`: images that are already on the device.
-    pub(super) fn new(
+    pub(in crate::gpu_scene) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
@@ -150,23 +150,23 @@ impl Textures {
     }
 
     /// The uploaded images for which `is_as_it_was` is true.
-    pub(super) fn images(&self, is_as_it_was: impl Fn(usize) -> bool) -> Images {
+    pub(in crate::gpu_scene) fn images(&self, is_as_it_was: impl Fn(usize) -> bool) -> Images {
         let kept = self.images.iter().filter(|((image, _), _)| is_as_it_was(*image));
         kept.map(|(key, uploaded)| (*key, uploaded.clone())).collect()
     }
 
     /// Index of the texture and of the sampler of a scene texture; the white texel if it was not uploaded.
-    pub(super) fn slot(&self, texture: usize, srgb: bool) -> (u32, u32) {
+    pub(in crate::gpu_scene) fn slot(&self, texture: usize, srgb: bool) -> (u32, u32) {
         self.slots.get(&(texture, srgb)).copied().unwrap_or_default()
     }
 
     /// Lengths of the arrays, by their names in the shaders.
-    pub(super) fn array_lengths(&self) -> [(&'static str, u32); 2] {
+    pub(in crate::gpu_scene) fn array_lengths(&self) -> [(&'static str, u32); 2] {
         [("material_textures", self.views.len() as u32), ("material_samplers", self.samplers.len() as u32)]
     }
 
     /// Calls `with` with all textures as arrays.
-    pub(super) fn with_arrays<R>(&self, with: impl FnOnce(&Bindings<'_>) -> R) -> R {
+    pub(in crate::gpu_scene) fn with_arrays<R>(&self, with: impl FnOnce(&Bindings<'_>) -> R) -> R {
         let views: Vec<_> = self.views.iter().collect();
         let samplers: Vec<_> = self.samplers.iter().collect();
         let bindings = Bindings::new()
@@ -176,12 +176,12 @@ impl Textures {
     }
 
     /// Equal for materials with the same textures and samplers.
-    pub(super) fn set_of_material(&self, material: u32) -> u32 {
+    pub(in crate::gpu_scene) fn set_of_material(&self, material: u32) -> u32 {
         self.sets[material as usize]
     }
 
     /// The textures of one material.
-    pub(super) fn of_material(&self, material: u32) -> Bindings<'_> {
+    pub(in crate::gpu_scene) fn of_material(&self, material: u32) -> Bindings<'_> {
         let slots = self.by_material[material as usize];
         NAMES.iter().zip(slots).fold(Bindings::new(), |bindings, ((texture_name, sampler_name), (texture, sampler))| {
             bindings

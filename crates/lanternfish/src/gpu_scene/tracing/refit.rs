@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use lanternfish_scene::Bounds;
 use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
 
-use super::tracing::TracedTriangle;
+use super::TracedTriangle;
 
 /// Largest quantised coordinate.
 const GRID_CELLS: f64 = 255.0;
@@ -117,7 +117,7 @@ fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
 
 /// Number of triangles that are outside any box above them, and number of all triangles reached.
 #[cfg(test)]
-pub(super) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
+pub(in crate::gpu_scene) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
     let (mut outside_count, mut reached) = (0, 0);
     let mut waiting = vec![(0, vec![])];
     while let Some((index, above)) = waiting.pop() {
@@ -148,10 +148,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::{
-        super::{
-            bvh,
-            tracing::{Source, Tracing},
-        },
+        super::{Source, Tracing, bvh},
         *,
     };
     use crate::testing::Random;

@@ -7,73 +7,18 @@ use std::collections::HashMap;
 
 use glam::{Mat3, Vec2, Vec3};
 use half::f16;
-use lanternfish_gpu::{Bindings, gpu_constants, gpu_struct, storage_buffer_of};
+use lanternfish_gpu::{Bindings, storage_buffer_of};
 use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef, linear_from_srgb};
 use rayon::prelude::*;
 
 use super::{
-    geometry::stored_normal,
-    lobes::Shading,
-    materials::{LAMBERT, UNLIT, dielectric_f0},
-    mips::srgb_from_linear,
-    tracing::{Part, Source, Tracing},
+    super::{
+        shaders::{EMITS_FROM_BACK, HitMaterial, HitTriangle, LAMBERT, NO_LAYER, UNLIT},
+        upload::{geometry::stored_normal, lobes::Shading, materials::dielectric_f0, mips::srgb_from_linear},
+    },
+    Part, Source, Tracing,
 };
 use crate::error::RenderError;
-
-gpu_struct! {
-    /// Shading data of a triangle, in the order of the BVH's leaves.
-    pub struct HitTriangle {
-        /// Texture coordinates of the first corner: two half floats.
-        uv_a: u32,
-        /// Texture coordinates of the second corner.
-        uv_b: u32,
-        /// Texture coordinates of the third corner.
-        uv_c: u32,
-        /// Index of its [`HitMaterial`].
-        material: u32,
-        /// Normal of the first corner, world space, octahedral: two snorms of 16 bits.
-        normal_a: u32,
-        /// Normal of the second corner.
-        normal_b: u32,
-        /// Normal of the third corner.
-        normal_c: u32,
-        /// Multiplies the base colour, linear RGBA, four unorms of 8 bits: the mean of the corners'.
-        color: u32,
-    }
-}
-
-gpu_struct! {
-    /// Shading data of a material at hits.
-    pub struct HitMaterial {
-        /// Base colour, linear.
-        base_color: Vec3,
-        /// Layer of the hit textures that multiplies the base colour; [`NO_LAYER`]: none.
-        base_color_layer: u32,
-        /// Emitted radiance, nits.
-        emissive: Vec3,
-        /// Layer of the hit textures that multiplies the emission; [`NO_LAYER`]: none.
-        emissive_layer: u32,
-        /// Reflectance of the dielectric part, at normal incidence.
-        dielectric_f0: Vec3,
-        /// Reflectance of the dielectric part, at grazing incidence.
-        dielectric_f90: f32,
-        /// Metallic factor times the mean of its texture.
-        metallic: f32,
-        /// Perceptual roughness times the mean of its texture.
-        perceptual_roughness: f32,
-        /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`EMITS_FROM_BACK`].
-        flags: u32,
-        /// Fraction of the scattered light that comes through from the other side (`KHR_materials_diffuse_transmission`).
-        through: f32,
-    }
-}
-
-gpu_constants! {
-    /// In place of a layer: there is no texture.
-    pub const NO_LAYER: u32 = 0xffffffff;
-    /// Flag of a material that also emits from its back.
-    const EMITS_FROM_BACK: u32 = 256;
-}
 
 /// Texels along an edge of a hit texture.
 const SIDE: u32 = 128;
@@ -188,7 +133,7 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
 }
 
 /// The matrix from object-space to world-space normals of a part, up to a positive factor.
-pub(super) fn normal_matrix_of(scene: &Scene, part: &Part) -> Mat3 {
+pub(in crate::gpu_scene) fn normal_matrix_of(scene: &Scene, part: &Part) -> Mat3 {
     let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
     // The cofactors: the inverse transpose up to a positive factor; they also exist for singular transforms.
     let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));

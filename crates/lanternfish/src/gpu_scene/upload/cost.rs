@@ -4,7 +4,12 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 use lanternfish_scene::{Scene, bvh};
 
 use super::{
-    bvh::BvhTriangle, geometry::DrawInstance, hits::HitTriangle, lobes::Shading, textures, tracing::TracedTriangle,
+    super::{
+        shaders::{BvhTriangle, DrawInstance, HitTriangle},
+        tracing::TracedTriangle,
+    },
+    lobes::Shading,
+    textures,
 };
 
 /// Bytes per vertex or index: packed on the host, and in the buffer.

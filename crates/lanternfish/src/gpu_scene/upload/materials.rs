@@ -1,147 +1,25 @@
 //! Materials in the layout that shaders read.
 
 use glam::{Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, GpuError, WgslType, gpu_constants, gpu_struct, storage_buffer_of};
+use lanternfish_gpu::{Bindings, GpuError, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Scene, TextureRef};
 
-use super::{lobes::Shading, textures::Textures};
-
-gpu_struct! {
-    /// How a material reads a texture.
-    pub struct TextureSlot {
-        /// Columns of the linear part of texture_from_uv.
-        linear_part: Vec4,
-        /// Its offset.
-        offset: Vec2,
-        /// Index into the texture array.
-        texture: u32,
-        /// Sampler index times two, plus the set of texture coordinates (0 or 1).
-        sampler_and_uv_set: u32,
-    }
-}
-
-impl WgslType for TextureSlot {
-    const WGSL: &'static str = "TextureSlot";
-}
-
-gpu_struct! {
-    /// A surface.
-    pub struct Material {
-        /// Linear RGBA.
-        base_color: Vec4,
-        /// Nits.
-        emissive: Vec3,
-        /// Multiplies x and y of the normal map.
-        normal_scale: f32,
-        /// 0: dielectric, 1: metal.
-        metallic: f32,
-        /// Perceptual roughness.
-        perceptual_roughness: f32,
-        /// A smaller alpha means no surface, a greater or equal one a solid surface; negative: alpha is the fraction of the surface that is
-        /// present.
-        alpha_cutoff: f32,
-        /// Sum of the constants below.
-        flags: u32,
-        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`), to be clamped at 1 and
-        /// weighted by the next field.
-        dielectric_f0: Vec3,
-        /// Reflectance of the dielectric part at grazing incidence; also the weight of `dielectric_f0`.
-        dielectric_f90: f32,
-        /// Transmitted fraction of the light that the dielectric part does not reflect (`KHR_materials_transmission`).
-        transmission: f32,
-        /// Weight of a clear coat (`KHR_materials_clearcoat`).
-        coat: f32,
-        /// Roughness of the coat.
-        coat_roughness: f32,
-        /// Multiplies x and y of the coat's normal map.
-        coat_normal_scale: f32,
-        /// Colour of the sheen (`KHR_materials_sheen`).
-        sheen_color: Vec3,
-        /// Roughness of the sheen.
-        sheen_roughness: f32,
-        /// Along the grain, in the tangent's frame; its length is the strength (`KHR_materials_anisotropy`).
-        anisotropy: Vec2,
-        /// Weight of a thin film (`KHR_materials_iridescence`).
-        iridescence: f32,
-        /// Index of refraction of the film.
-        iridescence_ior: f32,
-        /// Thickness of the film, nm.
-        iridescence_thickness: f32,
-        /// Index of refraction of the volume below the surface; 1: light passes straight.
-        ior: f32,
-        /// Thickness of the volume (`KHR_materials_volume`) where its back is not known, m; 0: the surface is thin.
-        thickness: f32,
-        /// Fraction of the light below the specular layer that is scattered through to the other side
-        /// (`KHR_materials_diffuse_transmission`).
-        diffuse_transmission: f32,
-        /// Absorption coefficient of the volume, 1/m.
-        absorption: Vec3,
-        /// Index of refraction for blue less that for green, which is `ior`.
-        dispersion: f32,
-        /// Albedo of the light that is scattered through.
-        diffuse_transmission_color: Vec3,
-        /// Unused.
-        _pad0: f32,
-        /// sRGB.
-        base_color_map: TextureSlot,
-        /// Linear.
-        metallic_roughness_map: TextureSlot,
-        /// Linear.
-        normal_map: TextureSlot,
-        /// sRGB.
-        emissive_map: TextureSlot,
-        /// Linear.
-        specular_map: TextureSlot,
-        /// sRGB.
-        specular_color_map: TextureSlot,
-        /// Linear.
-        transmission_map: TextureSlot,
-        /// Linear.
-        diffuse_transmission_map: TextureSlot,
-        /// sRGB.
-        diffuse_transmission_color_map: TextureSlot,
-        /// Linear.
-        coat_map: TextureSlot,
-        /// Linear.
-        coat_roughness_map: TextureSlot,
-        /// Linear.
-        coat_normal_map: TextureSlot,
-    }
-}
-
-gpu_constants! {
-    /// The base colour is the radiance.
-    pub(super) const UNLIT: u32 = 1;
-    /// The base colour is a diffuse albedo; there are no other terms.
-    pub(super) const LAMBERT: u32 = 2;
-    /// There is a normal map, and tangents.
-    const NORMAL_MAPPED: u32 = 4;
-    /// There is a metallic-roughness map.
-    const METALLIC_ROUGHNESS_MAPPED: u32 = 8;
-    /// There is an emissive map.
-    const EMISSIVE_MAPPED: u32 = 16;
-    /// There is a base colour map.
-    const BASE_COLOR_MAPPED: u32 = 32;
-    /// There is a map of each of these.
-    const SPECULAR_MAPPED: u32 = 64;
-    const SPECULAR_COLOR_MAPPED: u32 = 128;
-    const TRANSMISSION_MAPPED: u32 = 256;
-    const COAT_MAPPED: u32 = 512;
-    const COAT_ROUGHNESS_MAPPED: u32 = 1024;
-    const COAT_NORMAL_MAPPED: u32 = 2048;
-    /// The surface is thin, and scatters the light that it transmits.
-    const SCATTERS_THROUGH: u32 = 4096;
-    /// There is a map of each of these.
-    const DIFFUSE_TRANSMISSION_MAPPED: u32 = 8192;
-    const DIFFUSE_TRANSMISSION_COLOR_MAPPED: u32 = 16384;
-}
+use super::{
+    super::shaders::{
+        BASE_COLOR_MAPPED, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED, DIFFUSE_TRANSMISSION_COLOR_MAPPED,
+        DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
+        SCATTERS_THROUGH, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED, TextureSlot, UNLIT,
+    },
+    lobes::Shading,
+    textures::Textures,
+};
 
 /// Name of the uniform buffer with the material of a draw.
-pub(super) const MATERIAL_OF_DRAW: &str = "material_of_draw";
+pub(in crate::gpu_scene) const MATERIAL_OF_DRAW: &str = "material_of_draw";
 
 /// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding may have.
 #[derive(Debug)]
-pub(super) struct Materials {
+pub(in crate::gpu_scene) struct Materials {
     buffer: wgpu::Buffer,
     /// Bytes between the starts of two materials.
     stride: usize,
@@ -201,7 +79,7 @@ impl Materials {
 
 /// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the texture values
 /// `tint` and `weight`.
-pub(super) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
+pub(in crate::gpu_scene) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
     (tinted_f0(material) * tint).min(Vec3::ONE) * (material.specular * weight)
 }
 

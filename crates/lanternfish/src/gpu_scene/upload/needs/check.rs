@@ -3,7 +3,7 @@
 use lanternfish_gpu::is_same_device;
 
 use super::{
-    super::{parts::Parts, scene::GpuScene},
+    super::{super::scene::GpuScene, parts::Parts},
     SceneRequirements,
 };
 use crate::error::RenderError;

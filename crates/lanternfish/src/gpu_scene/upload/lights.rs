@@ -1,20 +1,12 @@
 //! The lights of a scene in the layout that shaders read.
 
-use lanternfish_gpu::{gpu_struct, storage_buffer_of};
+use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::{Bounds, LightKind, Scene};
 
 use crate::{
     error::RenderError,
     lights::{Light, LightSet, LightStorage},
 };
-
-gpu_struct! {
-    /// Parameters of shadows of area lights.
-    pub struct SoftShadows {
-        /// Rays from a pixel to each light.
-        rays: u32,
-    }
-}
 
 /// Name of the buffer and of its counter.
 pub const LIGHTS: &str = "scene/lights";

@@ -1,34 +1,16 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
-use glam::Vec3;
-use lanternfish_gpu::{gpu_struct, storage_buffer_of};
+use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
+    super::shaders::BvhTriangle,
+    TracedTriangle, Tracing,
     refit::{box_of, cost, refit},
-    tracing::{TracedTriangle, Tracing},
 };
 use crate::error::RenderError;
-
-gpu_struct! {
-    /// A triangle in the layout of the traversal; world space, m.
-    pub struct BvhTriangle {
-        /// First corner.
-        a: Vec3,
-        /// 0: solid; else the index of its mask record plus one.
-        record: u32,
-        /// Second corner.
-        b: Vec3,
-        /// 0: not emissive; else its leaf in the tree over emissive triangles plus one.
-        light_leaf: u32,
-        /// Third corner.
-        c: Vec3,
-        /// 0: no opacity micromap; else its address in the masks and its level.
-        opacity: u32,
-    }
-}
 
 /// Spare capacity: one node for each this many. Trees over the same triangles have about the same number of nodes.
 const SPARE: usize = 8;

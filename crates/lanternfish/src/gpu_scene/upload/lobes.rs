@@ -23,7 +23,7 @@ pub enum Lobes {
 }
 
 impl Lobes {
-    pub(super) fn of(material: &lanternfish_scene::Material, shading: Shading) -> Self {
+    pub(in crate::gpu_scene) fn of(material: &lanternfish_scene::Material, shading: Shading) -> Self {
         match shading {
             Shading::File if material.is_coated() => Self::Coated,
             Shading::File if material.is_layered() => Self::Layered,

@@ -5,10 +5,9 @@ use lanternfish_scene::{Material, Scene, light_tree::Emitter, mean_emission};
 use rayon::prelude::*;
 
 use super::{
+    super::upload::{lobes::Shading, materials::mask_cutoff},
+    Part, Source, TracedTriangle,
     hits::normal_matrix_of,
-    lobes::Shading,
-    materials::mask_cutoff,
-    tracing::{Part, Source, TracedTriangle},
 };
 use crate::lights::tree::EmissiveTriangle;
 

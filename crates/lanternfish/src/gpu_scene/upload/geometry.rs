@@ -3,31 +3,16 @@
 use std::ops::Range;
 
 use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{GpuError, gpu_struct, storage_buffer_of};
+use lanternfish_gpu::{GpuError, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, Material, Primitive, Scene};
 use rayon::prelude::*;
 use wgpu::util::DeviceExt;
 
-use super::lobes::{Lobes, Shading};
+use super::{
+    super::shaders::DrawInstance,
+    lobes::{Lobes, Shading},
+};
 use crate::error::RenderError;
-
-gpu_struct! {
-    /// An instance of a primitive.
-    pub struct DrawInstance {
-        /// Row of the affine world_from_object.
-        row_x: Vec4,
-        /// Row of the affine world_from_object.
-        row_y: Vec4,
-        /// Row of the affine world_from_object.
-        row_z: Vec4,
-        /// Index into the materials.
-        material: u32,
-        /// −1 where the transform mirrors, else 1.
-        handedness: f32,
-        /// Unused.
-        _pad: UVec2,
-    }
-}
 
 /// All attributes of a vertex except its position.
 #[repr(C)]
@@ -67,7 +52,7 @@ pub enum ImageBehind {
 
 impl ImageBehind {
     /// Of a material's surfaces.
-    pub(super) fn of(material: &Material, shading: Shading) -> Self {
+    pub(in crate::gpu_scene) fn of(material: &Material, shading: Shading) -> Self {
         match shading == Shading::File && material.transmission > 0.0 {
             false => Self::Covers,
             true if material.is_thin_dielectric() => Self::Tints,
@@ -153,7 +138,7 @@ struct Template {
 }
 
 /// The vertex buffers of the pipelines: positions, attributes, and positions in the previous frame.
-pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 3] {
+pub(in crate::gpu_scene) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 3] {
     const POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
     const PREVIOUS: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Float32x3];
     const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
@@ -168,7 +153,11 @@ pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 3]
 }
 
 impl Geometry {
-    pub(super) fn new(device: &wgpu::Device, scene: &Scene, shading: Shading) -> Result<Self, RenderError> {
+    pub(in crate::gpu_scene) fn new(
+        device: &wgpu::Device,
+        scene: &Scene,
+        shading: Shading,
+    ) -> Result<Self, RenderError> {
         let primitives: Vec<(usize, &Primitive)> =
             scene.meshes.iter().enumerate().flat_map(|(i, m)| m.primitives.iter().map(move |p| (i, p))).collect();
 
@@ -222,7 +211,11 @@ impl Geometry {
 
     /// Writes the draw instances for these transforms, each with its mesh: as many instances, of the same meshes, mirrored as before.
     /// Writes the changed instances and returns their size, bytes.
-    pub(super) fn place(&mut self, queue: &wgpu::Queue, standing: impl Iterator<Item = (usize, Affine3A)>) -> u64 {
+    pub(in crate::gpu_scene) fn place(
+        &mut self,
+        queue: &wgpu::Queue,
+        standing: impl Iterator<Item = (usize, Affine3A)>,
+    ) -> u64 {
         let (draws, instances) = place(&self.templates, standing);
         self.draws = draws;
         let changed: Vec<usize> = (0..instances.len()).filter(|i| instances[*i] != self.placed[*i]).collect();
@@ -237,7 +230,11 @@ impl Geometry {
     }
 
     /// Sets how the draws of each material are drawn, by the material's index.
-    pub(super) fn set_materials<'a>(&mut self, shading: Shading, changed: impl Fn(usize) -> Option<&'a Material>) {
+    pub(in crate::gpu_scene) fn set_materials<'a>(
+        &mut self,
+        shading: Shading,
+        changed: impl Fn(usize) -> Option<&'a Material>,
+    ) {
         for draw in self.templates.iter_mut().map(|template| &mut template.draw).chain(&mut self.draws) {
             if let Some(material) = changed(draw.material as usize) {
                 (draw.lobes, draw.behind) = (Lobes::of(material, shading), ImageBehind::of(material, shading));
@@ -248,7 +245,7 @@ impl Geometry {
 
     /// The first index, the first vertex and the material of each primitive, in the order of the meshes; and the index of the first
     /// primitive of each mesh.
-    pub(super) fn primitives(&self) -> (Vec<[u32; 3]>, Vec<usize>) {
+    pub(in crate::gpu_scene) fn primitives(&self) -> (Vec<[u32; 3]>, Vec<usize>) {
         let of = |template: &Template| {
             [template.draw.indices.start, template.draw.base_vertex as u32, template.draw.material]
         };
@@ -262,7 +259,7 @@ impl Geometry {
     }
 
     /// Writes the vertices of these meshes; their number and their other data must be unchanged.
-    pub(super) fn update_vertices(&mut self, queue: &wgpu::Queue, scene: &Scene, meshes: &[usize]) {
+    pub(in crate::gpu_scene) fn update_vertices(&mut self, queue: &wgpu::Queue, scene: &Scene, meshes: &[usize]) {
         let mut templates = self.templates.iter_mut();
         for (i, mesh) in scene.meshes.iter().enumerate() {
             for (primitive, template) in mesh.primitives.iter().zip(&mut templates) {
@@ -282,12 +279,12 @@ impl Geometry {
     }
 
     /// Sets the object-space bounding boxes of primitives, by their index among all. [`Self::place`] updates the draws.
-    pub(super) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
+    pub(in crate::gpu_scene) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
         bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);
     }
 
     /// World-space box of everything.
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(in crate::gpu_scene) fn bounds(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
         self.draws.iter().for_each(|draw| bounds.add_bounds(&draw.bounds));
         bounds
@@ -295,12 +292,12 @@ impl Geometry {
 }
 
 /// True if a transform changes counter-clockwise to clockwise.
-pub(super) fn mirrors(transform: &Affine3A) -> bool {
+pub(in crate::gpu_scene) fn mirrors(transform: &Affine3A) -> bool {
     transform.matrix3.determinant() < 0.0
 }
 
 /// The mesh and the transform of each instance of a scene.
-pub(super) fn standing(scene: &Scene) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
+pub(in crate::gpu_scene) fn standing(scene: &Scene) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
     scene.instances.iter().map(|instance| (instance.mesh, instance.world_from_object))
 }
 
@@ -384,7 +381,7 @@ fn snorm(v: f32) -> i16 {
 }
 
 /// A vertex normal with the precision of its stored form.
-pub(super) fn stored_normal(normal: Vec3) -> Vec3 {
+pub(in crate::gpu_scene) fn stored_normal(normal: Vec3) -> Vec3 {
     normal.map(|v| (f32::from(snorm(v)) / 32767.0).max(-1.0))
 }
 
@@ -403,7 +400,7 @@ fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
 }
 
 /// A buffer that no shader of a frame binds: the device's largest buffer bounds its size, not the largest binding.
-pub(super) fn buffer<T: bytemuck::NoUninit>(
+pub(in crate::gpu_scene) fn buffer<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,
     content: &[T],

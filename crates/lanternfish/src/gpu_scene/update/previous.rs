@@ -6,11 +6,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::scene::GpuScene;
+use super::super::scene::GpuScene;
 
 /// The state that was shown last before a change.
 #[derive(Debug, Default)]
-pub(super) struct Previous {
+pub(in crate::gpu_scene) struct Previous {
     /// True if a frame that requests motion has shown the current state.
     is_shown: AtomicBool,
     kept: Option<Kept>,
@@ -58,7 +58,7 @@ impl GpuScene {
 
     /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before the scene's generation
     /// changes.
-    pub(super) fn before_instances_move(&mut self, queue: &wgpu::Queue) {
+    pub(in crate::gpu_scene) fn before_instances_move(&mut self, queue: &wgpu::Queue) {
         if !std::mem::take(self.previous.is_shown.get_mut()) {
             return;
         }
@@ -72,14 +72,14 @@ impl GpuScene {
     }
 
     /// Discards the copy: for changes after which the device has another order of draws.
-    pub(super) fn forget_previous(&mut self) {
+    pub(in crate::gpu_scene) fn forget_previous(&mut self) {
         self.previous = Previous::default();
     }
 
     /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to `scene/positions`**, on the host or on
     /// the device, and before the scene's generation changes. The copy is submitted at once: it precedes queue writes after the call and
     /// all commands that are submitted after the call, whenever they were recorded.
-    pub(super) fn before_vertices_bend(&mut self, queue: &wgpu::Queue) {
+    pub(in crate::gpu_scene) fn before_vertices_bend(&mut self, queue: &wgpu::Queue) {
         self.before_instances_move(queue);
         let Some(mut kept) = self.previous.kept.take_if(|kept| !kept.has_bent) else { return };
         let now = &self.geometry.positions;

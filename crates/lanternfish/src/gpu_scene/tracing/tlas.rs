@@ -6,10 +6,7 @@
 use glam::Vec3;
 use lanternfish_gpu::storage_buffer_of;
 
-use super::{
-    geometry::buffer,
-    tracing::{Source, TracedTriangle},
-};
+use super::{super::upload::geometry::buffer, Source, TracedTriangle};
 use crate::error::RenderError;
 
 /// An acceleration structure on the device.
