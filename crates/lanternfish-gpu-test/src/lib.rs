@@ -6,7 +6,7 @@ use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 ///
 /// ```ignore
 /// #[gpu_test]
-/// fn gpu_culling_loses_no_light(gpu: &Gpu) { … }
+/// fn gpu_culling_loses_no_light(gpu: &Gpu) {}
 /// ```
 ///
 /// is a test without arguments, which takes `gpu`, a `&'static Gpu`, from `testing::gpu("gpu_culling_loses_no_light")`

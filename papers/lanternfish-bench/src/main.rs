@@ -1,7 +1,7 @@
 //! `lanternfish-bench`: the measurements of the papers that Lanternfish implements, and the quality of every technique.
 //!
-//! One harness serves every benchmark: [`bench`] opens the adapter, renders and times frames, and writes the report; [`view`] loads what is
-//! rendered; [`case`] names configurations by flags; [`reference`] has errors against the path tracer; [`table`] and [`document`] make tables and
+//! One harness serves every benchmark: [`mod@bench`] opens the adapter, renders and times frames, and writes the report; [`view`] loads what is
+//! rendered; [`case`] names configurations by flags; [`mod@reference`] has errors against the path tracer; [`table`] and [`document`] make tables and
 //! pages. What the papers claim is declared in `papers/*.toml`.
 
 mod attenuation;

@@ -1,7 +1,7 @@
 //! `lanternfish-bench papers`: every table and every figure with numbers of the five papers on one page, beside ours, with a verdict on
 //! each claim.
 //!
-//! Other benches measure ([`parts`]), each in a process of its own; this one reads their reports.
+//! Other benches measure ([`mod@parts`]), each in a process of its own; this one reads their reports.
 
 mod claims;
 mod declared;
