@@ -11,7 +11,7 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 const GLIBC: (u32, u32) = (2, 28);
 
 /// Builds the program in the profile `dist`, linked to an old glibc by zig, and packs it with the texts of all licences into
-/// `target/dist/lanternfish-VERSION-x86_64-linux.tar.gz`. Vulkan is opened at run time.
+/// `target/archive/lanternfish-VERSION-x86_64-linux.tar.gz`. Vulkan is opened at run time.
 pub fn run_dist() -> Result<(), String> {
     if find_program("cargo-zigbuild").is_none() {
         return Err(
@@ -41,7 +41,7 @@ pub fn run_dist() -> Result<(), String> {
     let metadata: Value = serde_json::from_str(&metadata).map_err(|error| error.to_string())?;
     let version = version(&metadata)?;
     let name = format!("lanternfish-{version}-x86_64-linux");
-    let folder = workspace().join("target/dist").join(&name);
+    let folder = workspace().join("target/archive").join(&name);
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let write =
         |file: &str, bytes: &[u8]| fs::write(folder.join(file), bytes).map_err(|error| format!("{file}: {error}"));
@@ -53,7 +53,7 @@ pub fn run_dist() -> Result<(), String> {
     run(Command::new("chmod").arg("755").arg(folder.join("lanternfish")))?;
     let archive = folder.with_file_name(format!("{name}.tar.gz"));
     let tar = ["--owner=0", "--group=0", "--use-compress-program=gzip -9", "-cf"];
-    run(Command::new("tar").args(tar).arg(&archive).arg("-C").arg(workspace().join("target/dist")).arg(&name))?;
+    run(Command::new("tar").args(tar).arg(&archive).arg("-C").arg(workspace().join("target/archive")).arg(&name))?;
     let size = fs::metadata(&archive).map_err(|error| error.to_string())?.len();
     println!("{} ({:.1} MB; glibc {}.{} or newer)", archive.display(), size as f64 / 1e6, needed.0, needed.1);
     Ok(())

@@ -50,7 +50,7 @@ cargo xtask interface [--write]
 cargo xtask check          lines by folder, format, lints, documentation, the public interface, and the hot passes of shader-stats
 cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
                            release (cargo-semver-checks): installs neither
-cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/dist; needs cargo-zigbuild and zig
+cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/archive; needs cargo-zigbuild and zig
 
 What is missing may be a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one is
 installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
