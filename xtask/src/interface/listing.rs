@@ -26,10 +26,10 @@ impl Listing {
             index: &documentation["index"],
             paths: &documentation["paths"],
             listing: Self { name: name.to_owned(), items: BTreeMap::new(), foreign: BTreeMap::new() },
-            met: BTreeSet::new(),
+            visited: BTreeSet::new(),
             modules: VecDeque::from([(name.replace('-', "_"), key(&documentation["root"]))]),
         };
-        // Breadth first, so that an item is met under its shortest path.
+        // Breadth first, so that an item is reached under its shortest path.
         while let Some((path, id)) = reader.modules.pop_front() {
             reader.read_module(&path, &id);
         }
@@ -47,7 +47,7 @@ struct Reader<'a> {
     paths: &'a Value,
     listing: Listing,
     /// The items that are listed already.
-    met: BTreeSet<String>,
+    visited: BTreeSet<String>,
     /// The modules to be read, by the path that leads there.
     modules: VecDeque<(String, String)>,
 }
@@ -78,7 +78,7 @@ impl Reader<'_> {
     fn read_item(&mut self, path: &str, id: &str) {
         let inner = self.index[id]["inner"].as_object();
         let Some((kind, inner)) = inner.and_then(|inner| inner.iter().next()) else { return };
-        if !self.met.insert(id.to_owned()) {
+        if !self.visited.insert(id.to_owned()) {
             return;
         }
         let kind = match kind.as_str() {
