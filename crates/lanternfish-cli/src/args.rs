@@ -17,7 +17,7 @@ use lanternfish::{
     settings::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings},
 };
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_papers::DeepImageSettings;
+use lanternfish_papers::{DeepImageSettings, Paper};
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{
@@ -120,6 +120,12 @@ pub struct RenderArgs {
     /// Light culling, shadows, antialiasing.
     #[command(flatten, next_help_heading = "Technique")]
     pub technique: TechniqueArgs,
+    /// A paper's technique for every stage of the frame.
+    ///
+    /// A stage that the paper lacks is off. --timings lists what is set, and the section that says so. Flags beside it override it.
+    #[arg(id = "paper", long = "as", value_name = "PAPER", value_parser = choice::<Paper>())]
+    #[arg(help_heading = "Technique")]
+    pub paper: Option<Paper>,
     /// Preset.
     ///
     /// Sets the flags of light that are not given, and with draft --indirect probes; with realtime also --direct sampled,

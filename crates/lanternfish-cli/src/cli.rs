@@ -14,6 +14,7 @@ use crate::{
     frames::{self, FramesArgs},
     help::{self, HelpArgs},
     info::{self, InfoArgs},
+    papers::{self, PapersArgs},
     program::{self, told},
     reference::{self, MergeArgs, ReferenceArgs},
     render,
@@ -101,6 +102,12 @@ pub enum Command {
     /// separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),
+    /// Renders a scene as each of the five papers, as all five at once, and by path tracing, on one sheet.
+    ///
+    /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html, papers.png and each image.
+    #[command(after_help = papers::HELP, args_override_self = true)]
+    #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
+    Papers(Box<PapersArgs>),
     /// Shows deep images of the scene: as points, by layers, or by the number of fragments per texel.
     ///
     /// Takes the camera of `render`. Ignores a shot's lights, look and technique, and its output.
@@ -150,6 +157,7 @@ fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
         Command::DeepImages(args) => deep_images::run(&args, said).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
+        Command::Papers(args) => papers::run(&args, said).map(|()| 0),
         Command::Compare(args) => return compare::main(&args),
         Command::Replay(args) => return replay::main(&args, said),
     })

@@ -1,10 +1,10 @@
 //! The colour scale of a debug view, drawn below its image.
 
-use font8x8::legacy::BASIC_LEGACY;
 use lanternfish::{RenderedImage, debug_views::Scale};
 
-/// Width of a glyph, and of the margin around everything, pixels.
-const GLYPH: usize = 8;
+use crate::sheet::{GLYPH, INK, Sheet};
+
+/// Width of the margin around everything, pixels.
 const MARGIN: usize = 8;
 const BAR_HEIGHT: usize = 12;
 const TICK_HEIGHT: usize = 3;
@@ -16,18 +16,13 @@ const LEAST_WIDTH: usize = 288;
 /// The letters double in size at this image width, pixels, triple at twice the width, and so on.
 const LETTERS_WIDTH: usize = 1000;
 
-const PAPER: [u8; 4] = [24, 24, 24, 255];
-const INK: [u8; 4] = [230, 230, 230, 255];
-
 /// Returns the unchanged image with a colour bar, numbers and the quantity's name below it.
 pub fn below(rendering: RenderedImage, scale: &Scale) -> RenderedImage {
     let (width, height) = (rendering.width as usize, rendering.height as usize);
     let (wide, high) = size_with(width, height);
     let mut sheet = Sheet::new(wide, high, letters(wide));
-    for (row, texels) in rendering.display.chunks(width).enumerate() {
-        sheet.pixels[row * wide..][..width].copy_from_slice(texels);
-    }
-    sheet.draw(scale, height);
+    sheet.paste(0, 0, width, &rendering.display);
+    draw(&mut sheet, scale, height);
     RenderedImage { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..rendering }
 }
 
@@ -42,59 +37,26 @@ fn letters(wide: usize) -> usize {
     (wide / LETTERS_WIDTH).max(1)
 }
 
-struct Sheet {
-    width: usize,
-    height: usize,
-    /// Sheet pixels per glyph pixel, across and down.
-    letters: usize,
-    pixels: Vec<[u8; 4]>,
-}
-
-impl Sheet {
-    fn new(width: usize, height: usize, letters: usize) -> Self {
-        Self { width, height, letters, pixels: vec![PAPER; width * height] }
+fn draw(sheet: &mut Sheet, scale: &Scale, top: usize) {
+    let unit = sheet.letters;
+    let (left, length) = (MARGIN * unit, sheet.width - 2 * MARGIN * unit);
+    let bar = top + MARGIN * unit;
+    for x in 0..length {
+        let [red, green, blue] = scale.color(x as f32 / (length - 1) as f32);
+        sheet.fill(left + x, bar, 1, BAR_HEIGHT * unit, [red, green, blue, 255]);
     }
-
-    fn draw(&mut self, scale: &Scale, top: usize) {
-        let unit = self.letters;
-        let (left, length) = (MARGIN * unit, self.width - 2 * MARGIN * unit);
-        let bar = top + MARGIN * unit;
-        for x in 0..length {
-            let [red, green, blue] = scale.color(x as f32 / (length - 1) as f32);
-            self.fill(left + x, bar, 1, BAR_HEIGHT * unit, [red, green, blue, 255]);
-        }
-        let ticks = bar + BAR_HEIGHT * unit;
-        let numbers = ticks + (TICK_HEIGHT + GAP) * unit;
-        for (position, text) in marks(scale) {
-            let x = left + (position * (length - 1) as f32).round() as usize;
-            self.fill(x.min(left + length - unit), ticks, unit, TICK_HEIGHT * unit, INK);
-            // Centred at the tick, but within the sheet.
-            let wide = text.len() * GLYPH * unit;
-            let most = self.width.saturating_sub(wide + unit);
-            self.write(x.saturating_sub(wide / 2).min(most), numbers, &text);
-        }
-        let law = if scale.is_logarithmic() { "logarithmic" } else { "linear" };
-        self.write(left, numbers + (GLYPH + GAP) * unit, &format!("{} ({law})", scale.what));
+    let ticks = bar + BAR_HEIGHT * unit;
+    let numbers = ticks + (TICK_HEIGHT + GAP) * unit;
+    for (position, text) in marks(scale) {
+        let x = left + (position * (length - 1) as f32).round() as usize;
+        sheet.fill(x.min(left + length - unit), ticks, unit, TICK_HEIGHT * unit, INK);
+        // Centred at the tick, but within the sheet.
+        let wide = text.len() * GLYPH * unit;
+        let most = sheet.width.saturating_sub(wide + unit);
+        sheet.write(x.saturating_sub(wide / 2).min(most), numbers, &text);
     }
-
-    fn fill(&mut self, left: usize, top: usize, width: usize, height: usize, color: [u8; 4]) {
-        for y in top..(top + height).min(self.height) {
-            let end = (left + width).min(self.width);
-            self.pixels[y * self.width + left.min(end)..y * self.width + end].fill(color);
-        }
-    }
-
-    fn write(&mut self, left: usize, top: usize, text: &str) {
-        let unit = self.letters;
-        for (i, byte) in text.bytes().enumerate() {
-            let glyph = BASIC_LEGACY[usize::from(byte.min(127))];
-            for (y, row) in glyph.into_iter().enumerate() {
-                for x in (0..GLYPH).filter(|x| row >> x & 1 == 1) {
-                    self.fill(left + (i * GLYPH + x) * unit, top + y * unit, unit, unit, INK);
-                }
-            }
-        }
-    }
+    let law = if scale.is_logarithmic() { "logarithmic" } else { "linear" };
+    sheet.write(left, numbers + (GLYPH + GAP) * unit, &format!("{} ({law})", scale.what));
 }
 
 /// Positions with a number, and the numbers: five steps, one fewer than the heat map has colours.

@@ -7,7 +7,7 @@ use glam::Quat;
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::{Surface, ViewKey},
-    rays::TracedStructure,
+    rays::{Structure, TracedStructure},
     request::{Target, ViewRequest},
     view::{View, ViewBuffer},
 };
@@ -63,9 +63,9 @@ pub struct ViewContext<'a> {
     pub middle: Surface,
     /// Rotation of this frame's direction sets, from the space of the set to world space.
     pub rotation: Quat,
-    /// The acceleration structure of the inexact tracers for the current scene, if the renderer has one. The frame sets it before the first
-    /// pass with rays; [`TracePass`](crate::rays::TracePass) reads it.
-    pub structure: Option<Arc<dyn TracedStructure>>,
+    /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame sets them before the
+    /// first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
+    pub structures: Vec<(Structure, Arc<dyn TracedStructure>)>,
 }
 
 impl<'a> ViewContext<'a> {
@@ -81,7 +81,7 @@ impl<'a> ViewContext<'a> {
             surface: surface.clone(),
             middle: surface.clone(),
             rotation: self.rotation,
-            structure: self.structure.clone(),
+            structures: self.structures.clone(),
         }
     }
 }

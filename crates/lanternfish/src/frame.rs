@@ -18,7 +18,7 @@ use crate::{
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
-    rays::KeptStructure,
+    rays::{KeptStructure, Structure},
     request::{SurfaceSource, Target},
     shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
     shadows::{Shadows, VisibilityPlan},
@@ -41,8 +41,8 @@ pub(crate) struct Passes {
     pub direct: Option<Box<dyn DirectPasses>>,
     pub occlusion: Option<Box<dyn OcclusionPasses>>,
     pub shadows: Option<Shadows>,
-    /// The acceleration structure of inexact tracers.
-    pub structure: Option<Box<dyn KeptStructure>>,
+    /// The acceleration structures of inexact tracers, each beside its settings, which differ.
+    pub structures: Vec<(Structure, Box<dyn KeptStructure>)>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// The nearest transparent surface, if there is indirect light.
     pub nearest_transparent: Option<ExtraSurface>,
@@ -124,7 +124,7 @@ impl Shaded {
 impl Passes {
     /// Resets all state that passes store between frames, because the last frame was not submitted or the device rejected it.
     pub fn forget(&mut self) {
-        if let Some(structure) = &mut self.structure {
+        for (_, structure) in &mut self.structures {
             structure.forget();
         }
         if let Some(occlusion) = &mut self.occlusion {
@@ -180,10 +180,10 @@ impl Passes {
         // Debug views show lists.
         let lights = lists(frame, !is_sampled || self.debug_views.is_some(), Reach::Surface)?;
         let transparent_lights = lists(frame, !is_sampled && has_transparent, Reach::Anywhere)?;
-        // The acceleration structure is ready before the first rays.
-        if let Some(structure) = &mut self.structure {
+        // The acceleration structures are ready before the first rays.
+        for (settings, structure) in &mut self.structures {
             for view in &mut views {
-                view.structure = Some(structure.get(frame, view.scene, view.rotation)?);
+                view.structures.push((settings.clone(), structure.get(frame, view.scene, view.rotation)?));
             }
         }
         let arriving = self.arriving(frame, &views, is_sampled)?;
@@ -281,7 +281,17 @@ impl Passes {
             // The caller draws transparent surfaces itself.
             let draws = VisibleDraws { solid: draws.solid, transparent: Vec::new() };
             let middle = surface.clone();
-            return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None });
+            return Ok(ViewContext {
+                scene,
+                key,
+                view,
+                buffer,
+                draws,
+                surface,
+                middle,
+                rotation,
+                structures: Vec::new(),
+            });
         }
         let mut show =
             |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
@@ -290,7 +300,7 @@ impl Passes {
             None => surface.clone(),
             Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structures: Vec::new() })
     }
 
     /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre of every view, as far as the settings request

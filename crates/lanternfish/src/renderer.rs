@@ -251,7 +251,7 @@ impl Renderer {
         if pool.growth() == growth {
             return Ok(());
         }
-        self.passes.structure.as_ref().map_or(Ok(()), |structure| structure.check_growth(growth))?;
+        self.passes.structures.iter().try_for_each(|(_, structure)| structure.check_growth(growth))?;
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
         // State of an incomplete frame is not valid for frames with blocking readback, and the number of frames in a mean is counted on the
         // device for one policy and on the host for the other.

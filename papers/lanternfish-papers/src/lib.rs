@@ -1,5 +1,6 @@
-//! Techniques of research papers for [`lanternfish`]; none of them is a default. Deep images of the scene, with shadows, occlusion and
-//! indirect light traced through them; virtual lights and photons; a raster grid for light culling; screen-space occlusion.
+//! Five papers as one system, for [`lanternfish`]: [`Paper::settings`] has each of them, and all five in one frame. Here are the techniques
+//! that are no default of the renderer: deep images of the scene, with shadows, occlusion and indirect light traced through them; virtual
+//! lights and photons; a raster grid for light culling; screen-space occlusion.
 //!
 //! A program calls [`register`] once, before it parses names or creates a renderer. After that, flags, shots, panels and reports include
 //! the techniques.
@@ -30,6 +31,7 @@ pub mod deep_images;
 pub mod indirect;
 pub mod light_culling;
 pub mod occlusion;
+mod presets;
 pub mod rays;
 pub mod shaders;
 #[cfg(test)]
@@ -46,13 +48,14 @@ use lanternfish::{
 
 pub use self::{
     deep_images::{
-        ACROSS_TEXELS, WITHIN_TEXEL,
+        ACROSS_TEXELS, PaperImages, WITHIN_TEXEL,
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
     },
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     light_culling::raster_grid::RasterGrid,
     occlusion::{deep::Deep, hbao::Hbao},
+    presets::{Paper, PaperSetting},
 };
 
 /// Shaders of the folders that belong to no single technique.

@@ -322,3 +322,10 @@ mod tests {
         );
     }
 }
+
+/// The names of the flags that `reference` shares with `render`.
+pub fn shared_flags() -> Vec<String> {
+    let render = RenderArgs::augment_args(Command::new("render"));
+    let shared = render.get_arguments().filter(|flag| is_shared(flag));
+    shared.filter_map(|flag| Some(flag.get_long()?.to_owned())).collect()
+}

@@ -23,7 +23,7 @@ use lanternfish_reference::{
 use lanternfish_scene::{Camera, Scene};
 
 pub use self::{
-    args::{HELP, ReferenceArgs},
+    args::{HELP, ReferenceArgs, shared_flags},
     merge::MergeArgs,
 };
 use self::{

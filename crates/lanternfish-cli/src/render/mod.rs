@@ -29,6 +29,7 @@ use crate::{
     error::{CliError, check_image_memory},
     light_rig::{FillLight, Lighting},
     output::{self, Output},
+    paper,
     progress::Progress,
     report::Run,
     shot::{Shot, ShotFrame},
@@ -147,7 +148,11 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if let Some(path) = &args.run.report {
         output::write_text(path, &run.to_json())?;
     }
-    let table = if args.run.timings { run.to_table() + "\n" } else { String::new() };
+    let mut table = String::new();
+    if args.run.timings {
+        let of_paper = args.paper.map(|paper| paper::table(paper, &settings) + "\n").unwrap_or_default();
+        table = of_paper + &run.to_table() + "\n";
+    }
     output::print(&(table + &last))?;
     open(args, &planned)
 }

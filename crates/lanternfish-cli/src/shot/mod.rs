@@ -27,7 +27,7 @@ use std::{
 
 use clap::{ArgMatches, parser::ValueSource};
 
-use crate::{args::RenderArgs, ending::has_ending, error::CliError, output, scene::SceneName};
+use crate::{args::RenderArgs, ending::has_ending, error::CliError, output, paper, scene::SceneName};
 use camera_path::{CameraPath, RecordedPath};
 use keys::{Key, Kind};
 
@@ -79,7 +79,7 @@ pub struct Shot {
 /// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with some or
 /// all flags of `render`, under the same ids.
 pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
-    let flags = said(matches);
+    let flags = paper::expanded(said(matches));
     let shot = match is_shot(scene) {
         true => read(scene.path(), flags)?,
         false => Shot { args: parsed(scene, &flags, &keys::keys()), path: None, words: flags },
@@ -107,7 +107,8 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         return Err(failed(&"this is no shot", "name a scene, or a shot: a .toml file"));
     }
     let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
-    let read::File { scene, mut words, path: camera_path } = read::file(path, &text, &keys)?;
+    let read::File { scene, words, path: camera_path } = read::file(path, &text, &keys)?;
+    let mut words = paper::expanded(words);
 
     // A time or frames on the command line replace both keys of the shot. An orbit may have both.
     let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
@@ -135,6 +136,13 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         return Err(failed(&"both the shot and --report", "give them different names"));
     }
     Ok(Shot { args, path: camera_path, words })
+}
+
+/// The given flags as words of the command line.
+pub(crate) fn words(matches: &ArgMatches) -> Vec<OsString> {
+    let keys = keys::keys();
+    let key = |id: &str| keys.iter().find(|key| key.id == id).expect("these are flags");
+    said(matches).iter().filter_map(|(id, value)| key(id).word(value)).collect()
 }
 
 /// The given flags, in the order of help: id and value.

@@ -21,7 +21,8 @@ use super::{
 use crate::{camera, error::CliError, stereo};
 
 /// Flags of things that a window does not show. They are dropped.
-const LEFT_BEHIND: [&str; 14] = [
+const LEFT_BEHIND: [&str; 15] = [
+    "as",
     "output",
     "open",
     "quality",

@@ -19,7 +19,7 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
-    rays::Tracer,
+    rays::{Structure, Tracer},
     settings::{Samples, Settings},
     technique::{AnyTechnique, Choice, Technique, clone_of},
 };
@@ -58,6 +58,12 @@ pub trait IndirectTechnique: AnyTechnique {
     /// Its tracers, beside that of shadow rays.
     fn tracers(&self) -> Vec<Tracer> {
         Vec::new()
+    }
+
+    /// The structure that they traverse, if they need one. Usually the one that the settings choose for all.
+    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    fn structure(&self, settings: &Settings) -> Structure {
+        settings.structure.clone()
     }
 
     /// True if it includes light from the environment. Otherwise occlusion may add it.
@@ -153,6 +159,11 @@ impl Indirect {
     /// The technique's tracers.
     pub(crate) fn tracers(&self) -> Vec<Tracer> {
         self.technique().map(|technique| technique.tracers()).unwrap_or_default()
+    }
+
+    /// The structure that they traverse, if they need one.
+    pub(crate) fn structure(&self, settings: &Settings) -> Structure {
+        self.technique().map_or(Structure::NONE, |technique| technique.structure(settings))
     }
 
     /// Parts of a scene that the technique reads.

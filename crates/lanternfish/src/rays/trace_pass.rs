@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::{TracedStructure, Tracer};
+use super::{Structure, TracedStructure, Tracer};
 use crate::context::ViewContext;
 
 /// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's bindings.
@@ -11,13 +11,14 @@ use crate::context::ViewContext;
 #[derive(Debug)]
 pub struct TracePass {
     tracer: Tracer,
+    structure: Structure,
     kernel: ComputeKernel,
 }
 
 impl TracePass {
-    /// A pass with a kernel that was linked with the tracer's features ([`Tracer::features`]).
-    pub fn new(tracer: Tracer, kernel: ComputeKernel) -> Self {
-        Self { tracer, kernel }
+    /// A pass with a kernel that was linked with the tracer's features for the chosen structure ([`Tracer::features`]).
+    pub fn new(tracer: Tracer, chosen: &Structure, kernel: ComputeKernel) -> Self {
+        Self { tracer, structure: tracer.structure(chosen), kernel }
     }
 
     /// Adds the pass to a frame.
@@ -45,7 +46,8 @@ impl TracePass {
 
     /// The view's structure, if the tracer traverses one.
     pub fn structure<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v dyn TracedStructure> {
-        view.structure.as_deref().filter(|_| !self.tracer.is_exact())
+        let built = view.structures.iter().find(|(settings, _)| *settings == self.structure);
+        built.map(|(_, structure)| structure.as_ref())
     }
 
     fn for_each_part(&self, view: &ViewContext<'_>, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {

@@ -98,8 +98,10 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     // Rays that the structures do not serve are traced through the scene itself.
     let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
     let parts = traced | settings.indirect.parts() | ambient_visibility;
-    let structure = structure(&tracers, &settings.structure)?;
-    let structure = structure.technique().map(|structure| structure.build(device));
+    let structures = structures(tracer, &settings).into_iter().filter_map(|structure| {
+        let built = structure.technique()?.build(device);
+        Some(built.map(|built| (structure, built)))
+    });
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
     let needs_normals =
         tracer.is_some() || settings.direct.is_some() || settings.image.debug_view.is_some() || finds_arriving;
@@ -124,7 +126,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         light_culling: LightCulling::new(device, &settings.culling, settings.image.samples)?,
         occlusion: ambient_visibility_passes,
         shadows: shadow_passes,
-        structure: structure.transpose()?,
+        structures: structures.collect::<Result<_, RenderError>>()?,
         indirect: indirect::passes(device, &settings, tracer)?,
         nearest_transparent: finds_arriving.then(|| ExtraSurface::nearest_transparent(&settings, tracer)),
         coats: finds_arriving.then(|| ExtraSurface::coats(&settings, tracer)),
@@ -147,14 +149,18 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     Ok(Built { effective: settings, needs, passes, compiled })
 }
 
-/// The acceleration structure of the inexact tracers. An error if two of them need different structures, because a frame has one.
-fn structure(tracers: &[Tracer], chosen: &Structure) -> Result<Structure, RenderError> {
-    let mut structures = tracers.iter().map(|tracer| tracer.structure(chosen)).filter(Structure::is_some);
-    let first = structures.next().unwrap_or(Structure::NONE);
-    match structures.all(|other| other == first) {
-        true => Ok(first),
-        false => Err(RenderError::Together { setting: "tracers of two structures", needed: "one structure for all" }),
+/// The acceleration structures of the inexact tracers, each once: that of shadow rays first, then those of indirect light.
+fn structures(shadows: Option<Tracer>, settings: &Settings) -> Vec<Structure> {
+    let mut found: Vec<Structure> = Vec::new();
+    let of_shadows = shadows.map(|tracer| tracer.structure(&settings.structure));
+    let chosen = settings.indirect.structure(settings);
+    let of_indirect = settings.indirect.tracers().into_iter().map(|tracer| tracer.structure(&chosen));
+    for structure in of_shadows.into_iter().chain(of_indirect).filter(Structure::is_some) {
+        if !found.contains(&structure) {
+            found.push(structure);
+        }
     }
+    found
 }
 
 /// The parts of a material that the passes read.

@@ -219,9 +219,8 @@ impl Renderer {
             this.flight.recorded = Some((frame, Arc::downgrade(&alive)));
             // Further frames are not reported.
             this.flight.ages.truncate(63);
-            this.flight
-                .ages
-                .extend(this.passes.structure.as_ref().and_then(|structure| Some((frame, structure.age()?))));
+            let ages = this.passes.structures.iter().filter_map(|(_, structure)| structure.age());
+            this.flight.ages.extend(ages.max_by_key(|(_, age)| *age).map(|age| (frame, age)));
             this.flight.last = Some(Last { frame, views: moved, results, counters });
             Ok(PendingFrame { id: frame, _alive: alive })
         })

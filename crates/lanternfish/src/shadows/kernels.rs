@@ -50,7 +50,11 @@ impl Kernels {
         let rays_a_word = u64::from(rays * lights_a_word);
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
-            trace: TracePass::new(tracer, ComputeKernel::new(device, &trace, "trace", "shadows/trace")),
+            trace: TracePass::new(
+                tracer,
+                &settings.structure,
+                ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
+            ),
             trace_edges: trace_edges
                 .map(|shader| ComputeKernel::new(device, &shader, "trace_edges", "shadows/trace_edges")),
             lights_a_word,

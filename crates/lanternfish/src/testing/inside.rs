@@ -6,9 +6,14 @@ use lanternfish_scene::Camera;
 
 use crate::{GpuScene, RenderError, Renderer, context::FrameContext, rays::Tracer, view::View};
 
-/// Number of builds of the acceleration structure; none if there is none.
+/// Number of builds of the first acceleration structure; none if there is none.
 pub fn structure_builds(renderer: &Renderer) -> Option<u64> {
-    renderer.passes.structure.as_ref().map(|structure| structure.builds())
+    renderer.passes.structures.first().map(|(_, structure)| structure.builds())
+}
+
+/// Number of acceleration structures in a frame.
+pub fn structures(renderer: &Renderer) -> usize {
+    renderer.passes.structures.len()
 }
 
 /// Size of the state that is stored between frames, bytes.

@@ -131,7 +131,7 @@ pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, sur
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
     let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
-    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structure: None }
+    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structures: Vec::new() }
 }
 
 /// A scene of one mesh with one instance.

@@ -43,7 +43,7 @@ fn technique(name: &str, far: f32) -> (Occlusion, GroundTruth) {
         Some("hbao") => Hbao { radius: far }.into(),
         Some("deep") => Deep { max_distance, ..Deep::default() }.into(),
         // Without tests of triangles [Aalund2015, §3.3].
-        _ => Deep { max_distance, plain: true }.into(),
+        _ => Deep { max_distance, plain: true, ..Deep::default() }.into(),
     };
     (occlusion, if is_bounded { GroundTruth::ObscuranceFar } else { GroundTruth::Occlusion })
 }
@@ -92,7 +92,8 @@ fn every_way_has_the_distance_of_its_ground_truth() {
     for (name, _) in WAYS {
         let (occlusion, ground_truth) = technique(name, far);
         let expected = ground_truth.max_distance(40.0);
-        let deep = [false, true].map(|plain| Occlusion::from(Deep { max_distance: expected, plain }));
+        let deep =
+            [false, true].map(|plain| Occlusion::from(Deep { max_distance: expected, plain, ..Deep::default() }));
         let is_hbao = expected.is_some_and(|radius| occlusion == Hbao { radius }.into());
         assert!(deep.contains(&occlusion) || is_hbao, "{name}");
     }

@@ -85,7 +85,7 @@ impl Technique for DeepImageSettings {
             "deep-builder",
             "NAME",
             Range::Names,
-            "Builder of deep images. A window needs per_triangle or per_direction.\n\n\
+            "Builder of deep images. In windows and replays per_triangle stands for those that read counts on the host: single_pass and depth_peeling.\n\n\
              As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass` \
              `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.",
             |images: &mut Self| &mut images.builder,

@@ -70,17 +70,27 @@ fn gpu_deep_images_grow_in_later_frames(gpu: &Gpu) {
 }
 
 #[gpu_test]
-fn gpu_deferred_frames_refuse_deep_images_that_need_blocking_readback(gpu: &Gpu) {
+fn gpu_deferred_frames_replace_builders_and_refuse_stores_that_need_blocking_readback(gpu: &Gpu) {
     let coarse = DeepImageSettings { resolution: 8, ..DeepImageSettings::default() };
-    for deep_images in [
-        DeepImageSettings { builder: DeepBuilder::SinglePass, ..coarse },
-        DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
-        DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
-    ] {
+    let renderer = |deep_images: DeepImageSettings| {
         let settings = settings(Culling::default()).with_occlusion(Deep::default()).with_structure(deep_images);
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        assert!(matches!(renderer.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
-        assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
-        renderer.set_growth(Growth::Blocking).unwrap();
+        Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
+    };
+    let mut linked = renderer(DeepImageSettings { store: DeepStore::LinkedList, ..coarse });
+    assert!(matches!(linked.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
+    assert_eq!(inside::growth(&mut linked), Growth::Blocking);
+    linked.set_growth(Growth::Blocking).unwrap();
+
+    let scene = lanternfish_scene::load("demo:cornell").unwrap();
+    let image = |builder: DeepBuilder, growth: Growth| {
+        let mut renderer = renderer(DeepImageSettings { builder, ..coarse });
+        renderer.set_growth(growth).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.render(&uploaded, &scene.default_camera(1.0), [16, 16]).unwrap().radiance
+    };
+    let expected = image(DeepBuilder::PerTriangle, Growth::Deferred);
+    for builder in [DeepBuilder::SinglePass, DeepBuilder::DepthPeeling] {
+        assert_eq!(image(builder, Growth::Deferred), expected, "{builder:?}");
     }
+    assert_ne!(image(DeepBuilder::SinglePass, Growth::Blocking), expected, "with few texels a single pass misses some");
 }

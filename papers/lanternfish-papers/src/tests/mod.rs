@@ -1,4 +1,5 @@
 //! The renderer with techniques of this crate.
 
+mod five;
 mod frames;
 mod later;

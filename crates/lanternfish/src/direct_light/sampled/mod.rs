@@ -218,7 +218,7 @@ impl SampledPasses {
             counted: None,
             technique,
             frames: settings.image.accumulate,
-            trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), trace),
+            trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), &settings.structure, trace),
             smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light", &[DEVIATIONS])?,
         })
     }

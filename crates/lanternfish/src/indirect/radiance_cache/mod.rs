@@ -286,7 +286,7 @@ impl RadianceCache {
             true if tracer == exact && shares_dispatch(device) => Rays::Both(kernel("rays", &of_shadows, "rays")?),
             true => Rays::Each(
                 kernel("shadow", &of_shadows, "shadow")?,
-                TracePass::new(tracer, kernel("trace", &tracer.features(structure, true), "trace")?),
+                TracePass::new(tracer, structure, kernel("trace", &tracer.features(structure, true), "trace")?),
             ),
         };
         let kernels = Kernels {

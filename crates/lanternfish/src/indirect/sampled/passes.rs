@@ -68,7 +68,7 @@ impl RayPasses {
         let exact = exact.features(structure, true);
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
-            trace: TracePass::new(traced, kernel("trace", &traced.features(structure, true))?),
+            trace: TracePass::new(traced, structure, kernel("trace", &traced.features(structure, true))?),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("shade", &[])?,
             shade_environment: kernel("shade", &[ENVIRONMENT])?,

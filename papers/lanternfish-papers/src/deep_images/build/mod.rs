@@ -53,7 +53,17 @@ enum Prepared {
 
 impl Builder {
     fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        Ok(match sound_builder(settings.builder, &device.adapter_info()) {
+        Self::of(device, sound_builder(settings.builder, &device.adapter_info()), settings)
+    }
+
+    /// One that counts on the device, with the same images.
+    fn deferred(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let is_sound = !faulty_software(&device.adapter_info());
+        Self::of(device, if is_sound { DeepBuilder::PerTriangle } else { DeepBuilder::PerDirection }, settings)
+    }
+
+    fn of(device: &wgpu::Device, builder: DeepBuilder, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        Ok(match builder {
             DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
             DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
@@ -93,6 +103,8 @@ impl Builder {
 pub struct DeepImageBuilder {
     settings: DeepImageSettings,
     builder: Builder,
+    /// True if it stands for the requested one, in deferred frames.
+    is_replaced: bool,
     store: Store,
     /// The set without rotation.
     directions: Directions,
@@ -117,6 +129,7 @@ impl DeepImageBuilder {
         Ok(Self {
             settings,
             builder,
+            is_replaced: false,
             store,
             direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
             directions,
@@ -125,14 +138,24 @@ impl DeepImageBuilder {
         })
     }
 
-    /// An error unless frames with this readback can build them: deferred frames cannot use a builder that reads counts on the host.
+    /// An error unless frames with this readback can build them: linked lists are counted on the host.
     pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
-        if growth == Growth::Blocking || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
+        if growth == Growth::Blocking || self.settings.store == DeepStore::LinearArray {
             return Ok(());
         }
-        let needed = "deep images by per_triangle or per_direction, in a linear_array";
-        Err(RenderError::Together { setting: "a frame that does not wait", needed })
+        Err(RenderError::Together { setting: "a frame that does not wait", needed: "deep images in a linear_array" })
+    }
+
+    /// Replaces a builder that reads counts on the host for deferred frames, and takes the requested one again for others.
+    fn take_builder(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), RenderError> {
+        let is_deferred = growth == Growth::Deferred;
+        let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
+        if is_deferred && !counts_on_the_device {
+            (self.builder, self.is_replaced) = (Builder::deferred(device, &self.settings)?, true);
+        } else if !is_deferred && self.is_replaced {
+            (self.builder, self.is_replaced) = (Builder::new(device, &self.settings)?, false);
+        }
+        Ok(())
     }
 
     /// Rotates the set of directions for the images recorded from now on: world space from the set's own, unit. Frames with different
@@ -144,6 +167,7 @@ impl DeepImageBuilder {
     /// Builds the images of the scene's triangles; transparent surfaces are omitted. A scene that was not uploaded for the BVH is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
         self.check_growth(frame.growth())?;
+        self.take_builder(frame.device, frame.growth())?;
         scene.check_parts(frame.device, Parts::BVH)?;
         let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)

@@ -113,7 +113,8 @@ impl PhotonPasses {
         };
         let structure = &settings.structure;
         let trace_pass = |file: &str| {
-            Ok::<_, RenderError>(TracePass::new(traced, kernel(file, &traced.features(structure, true), file)?))
+            let kernel = kernel(file, &traced.features(structure, true), file)?;
+            Ok::<_, RenderError>(TracePass::new(traced, structure, kernel))
         };
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;

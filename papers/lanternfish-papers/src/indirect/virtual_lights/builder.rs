@@ -110,7 +110,7 @@ impl LightBuilder {
             count_texels: kernel("thin", &[], "count", "count")?,
             weigh: kernel("thin", &[], "weigh", "weigh")?,
             thin: kernel("thin", &[], "thin", "thin")?,
-            range_rays: range_rays.map(|kernel| TracePass::new(tracer, kernel)),
+            range_rays: range_rays.map(|kernel| TracePass::new(tracer, structure, kernel)),
             ranges: kernel("ranges", &[], "ranges", "ranges")?,
             scan: Scan::new(device, "indirect/virtual_lights")?,
             scatter: kernel("scatter", &[], "scatter", "scatter")?,

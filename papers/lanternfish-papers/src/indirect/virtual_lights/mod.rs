@@ -101,16 +101,15 @@ impl VirtualLightPasses {
         };
         let mut gather = vec![LightCulling::feature(&settings.culling)];
         gather.extend(shadows.map(|_| SHADOWED));
+        let structure = technique.images.structure(settings);
         let shadow = |tracer: Tracer| {
-            Ok::<_, RenderError>(TracePass::new(
-                tracer,
-                kernel("shadow", &tracer.features(&settings.structure, false))?,
-            ))
+            let kernel = kernel("shadow", &tracer.features(&structure, false))?;
+            Ok::<_, RenderError>(TracePass::new(tracer, &structure, kernel))
         };
         Ok(Self {
             settings: technique,
             frames: settings.image.accumulate,
-            builder: LightBuilder::new(device, technique, settings, &settings.structure, exact)?,
+            builder: LightBuilder::new(device, technique, settings, &structure, exact)?,
             culling: LightCulling::new(device, &settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,

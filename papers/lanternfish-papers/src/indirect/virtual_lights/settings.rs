@@ -8,13 +8,14 @@ use lanternfish::{
     },
     gpu_scene::Parts,
     indirect::{IndirectPasses, IndirectTechnique, Quality},
-    rays::Tracer,
+    rays::{Structure, Tracer},
     settings::{Attenuation, Settings, Shadows},
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
 
 use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
+use crate::PaperImages;
 
 /// Virtual point lights on the surfaces that the scene's lights hit, each with a range [Archer2019, §3.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +39,8 @@ pub struct VirtualLights {
     pub axis: RangeAxis,
     /// Tracer of these rays.
     pub range_tracer: Tracer,
+    /// The deep images that they and shadow rays are traced through.
+    pub images: PaperImages,
     /// Range below which a light is dropped, as a fraction of the scene's radius, > 0. Larger: fewer lights, darker corners.
     pub least_range: f32,
     /// Range above which only some lights are kept, as a fraction of the scene's radius, > 0; also the maximum of random ranges. Smaller:
@@ -83,6 +86,7 @@ impl Default for VirtualLights {
             ranges: Ranges::Average,
             axis: RangeAxis::Normal,
             range_tracer: crate::deep_images::WITHIN_TEXEL,
+            images: PaperImages::Shared,
             least_range: 0.005,
             most_range: 0.5,
             large_kept: 100,
@@ -164,6 +168,14 @@ impl Technique for VirtualLights {
         Parameter::new("vpl-range-tracer", "NAME", Range::Names, "Tracer of these rays", |room: &mut Self| {
             &mut room.range_tracer
         })
+        .with_default(),
+        Parameter::new(
+            "vpl-images",
+            "NAME",
+            Range::Names,
+            "Deep images for the rays of virtual lights",
+            |s: &mut Self| &mut s.images,
+        )
         .with_default(),
         Parameter::new(
             "vpl-least-range",
@@ -281,6 +293,10 @@ impl IndirectTechnique for VirtualLights {
             Shadows::Auto | Shadows::None => None,
         };
         self.traces_ranges().then_some(self.range_tracer).into_iter().chain(shadows).collect()
+    }
+
+    fn structure(&self, settings: &Settings) -> Structure {
+        self.images.structure(settings)
     }
 
     fn sees_environment(&self) -> bool {

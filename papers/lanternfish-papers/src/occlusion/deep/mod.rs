@@ -18,7 +18,7 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_s
 use self::cells::CellRadiances;
 use super::DISTANCE;
 use crate::deep_images::{
-    DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST,
+    DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
     directions::Directions, settings::DeepImageSettings,
 };
 
@@ -66,6 +66,8 @@ pub struct Deep {
     /// The paper's own sum [Aalund2015, §3.3, eq. 1 to 3]: the first fragment of one texel, weights of 2 / N, no triangles. Otherwise near
     /// triangles of four texels are tested, far texels are drawn at random, and an open plane is exactly 1.
     pub plain: bool,
+    /// The images.
+    pub images: PaperImages,
 }
 
 impl Technique for Deep {
@@ -84,6 +86,14 @@ impl Technique for Deep {
             |deep: &mut Self| &mut deep.plain,
         )
         .with_default(),
+        Parameter::new(
+            "occlusion-images",
+            "NAME",
+            Range::Names,
+            "Deep images for ambient visibility",
+            |deep: &mut Self| &mut deep.images,
+        )
+        .with_default(),
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -94,7 +104,7 @@ impl OcclusionTechnique for Deep {
     }
 
     fn update_frames(&self, settings: &Settings) -> u32 {
-        DeepImageSettings::of(&settings.structure).slices.max(1)
+        self.images.settings(settings).slices.max(1)
     }
 
     /// Texels are chosen at random.
@@ -163,7 +173,7 @@ impl DeepOcclusion {
     fn new(device: &wgpu::Device, settings: &Settings, deep: &Deep) -> Result<Self, RenderError> {
         let history = settings.history;
         // The triangles of near fragments are tested.
-        let settings = DeepImageSettings { payload: !deep.plain, ..DeepImageSettings::of(&settings.structure) };
+        let settings = DeepImageSettings { payload: !deep.plain, ..deep.images.settings(settings) };
         let mut features = settings.fragment_features();
         if deep.plain {
             features.push(PLAIN_OCCLUSION);

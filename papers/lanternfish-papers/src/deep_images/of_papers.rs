@@ -1,0 +1,65 @@
+//! Deep images as the papers have them, and which of them a technique uses.
+
+use lanternfish::{rays::Structure, settings::Settings};
+use lanternfish_scene::named_enum;
+
+use super::{
+    directions::DirectionSet,
+    settings::{DeepBuilder, DeepImageSettings, DeepSearch},
+};
+
+named_enum! {
+    /// The deep images of a technique. A frame may hold several.
+    #[derive(Default)]
+    PaperImages {
+        /// Those of the settings, which all techniques share.
+        #[default]
+        Shared = "shared": "Those of the `deep-` settings, shared",
+        /// [`DeepImageSettings::NIESSNER`].
+        Niessner = "niessner": "Their own: a cube of 75 directions, 128² texels",
+        /// [`DeepImageSettings::AALUND`].
+        Aalund = "aalund": "Their own: 512 zonal directions, 50² texels",
+        /// [`DeepImageSettings::ARCHER`].
+        Archer = "archer": "Their own: 13 stacks of 13 slices, 64² texels, from one draw",
+    }
+}
+
+impl DeepImageSettings {
+    /// As in [Niessner2010, §3.1, §7]: 150 directions of a cube, two to an image of 128² texels, built by depth peeling.
+    pub const NIESSNER: Self = Self {
+        directions: DirectionSet::Cube { k: 5 },
+        resolution: 128,
+        builder: DeepBuilder::DepthPeeling,
+        merge_texels: 0.0,
+        search: DeepSearch::LinearSteps,
+        ..Self::ARCHER
+    };
+
+    /// As in [Aalund2015, §3, fig. 9]: 512 directions of equal area, 50² texels, a draw for each.
+    pub const AALUND: Self = Self {
+        directions: DirectionSet::ZonalEqualArea { count: 512 },
+        resolution: 50,
+        builder: DeepBuilder::PerDirection,
+        ..Self::NIESSNER
+    };
+}
+
+impl PaperImages {
+    /// The settings of the images.
+    pub fn settings(self, settings: &Settings) -> DeepImageSettings {
+        match self {
+            Self::Shared => DeepImageSettings::of(&settings.structure),
+            Self::Niessner => DeepImageSettings::NIESSNER,
+            Self::Aalund => DeepImageSettings::AALUND,
+            Self::Archer => DeepImageSettings::ARCHER,
+        }
+    }
+
+    /// The same as a structure for tracers.
+    pub(crate) fn structure(self, settings: &Settings) -> Structure {
+        match self {
+            Self::Shared => settings.structure.clone(),
+            own => own.settings(settings).into(),
+        }
+    }
+}

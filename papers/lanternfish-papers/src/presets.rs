@@ -1,0 +1,251 @@
+//! The five papers as settings: every stage of a frame as a paper has it, off where it has none.
+
+use lanternfish::settings::Settings;
+use lanternfish_scene::named_enum;
+
+named_enum! {
+    /// A paper, or all five in one frame.
+    Paper {
+        /// [Elagabani2025].
+        Elagabani = "elagabani": "Forward+: tiles, shadow rays from surfaces that face the light (2025)",
+        /// [VanGelderen2020].
+        VanGelderen = "van-gelderen": "Clustered lights, one grid for all views (2020)",
+        /// [Niessner2010].
+        Niessner = "niessner": "Rays across the texels of layered depth images (2010)",
+        /// [Aalund2015].
+        Aalund = "aalund": "Occlusion and photons by layered depth maps (2015)",
+        /// [Archer2019].
+        Archer = "archer": "Virtual lights, their ranges from compound deep images (2019)",
+        /// One frame in which all five work.
+        Five = "five": "All five in one frame",
+    }
+}
+
+/// One setting of a paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PaperSetting {
+    /// The name, as in [`Settings::set`].
+    pub name: &'static str,
+    /// The value.
+    pub value: &'static str,
+    /// The section that says so, and what it says; or why this stands for it.
+    pub source: &'static str,
+}
+
+type Row = (&'static str, &'static str, &'static str);
+
+const NONE: &str = "the paper has none";
+/// Direct light of the papers on indirect light.
+const EXACT: &str = "shadows of direct light are not its subject: exact rays stand for them";
+
+/// Every stage, with the values of a paper that does not speak of it.
+const STAGES: [Row; 14] = [
+    ("direct", "all", "every light that is listed"),
+    ("culling", "all", "lights are not culled"),
+    ("attenuation", "gltf", "not stated"),
+    ("range-threshold", "0.02", "not stated"),
+    ("shadows", "none", NONE),
+    ("ray-culling", "surface", "not stated; the image is the same with none"),
+    ("ray-range-culling", "on", "not stated; the image is the same without"),
+    ("light-radius", "0", NONE),
+    ("indirect", "none", NONE),
+    ("occlusion", "none", NONE),
+    ("history", "off", NONE),
+    ("antialiasing", "none", NONE),
+    ("samples", "1", NONE),
+    ("materials", "file", "by metalness and roughness, as the scene's file has them"),
+];
+
+const ELAGABANI: &[Row] = &[
+    ("culling", "tiled", "§4.2: tiles, between their nearest and farthest depth"),
+    ("tile-size", "8", "table 5.1"),
+    ("aabb", "on", "§4.2.3, table 5.1: its fastest row"),
+    ("range-threshold", "0.02", "§4.2.2, eq. 4.1"),
+    ("shadows", "auto", "§4.3.3: ray queries; the BVH where the adapter has none"),
+    ("ray-culling", "improved", "§4.3.1: normals from five depths"),
+    ("ray-range-culling", "off", "§4.3: a ray to every light of the tile"),
+];
+
+const VAN_GELDEREN: &[Row] = &[
+    ("culling", "clustered", "§3"),
+    ("clusters", "persp:64", "§3.1, §6.2"),
+    ("cluster-views", "enclosed", "§4.1: one grid around both eyes"),
+    ("light-assignment", "brute_force", "§3.3"),
+    ("cluster-test", "planes", "§3.3"),
+    ("cluster-depth", "100", "§6.1.3"),
+    ("attenuation", "physical_reduced_2", "eq. 5.1"),
+];
+
+const NIESSNER: &[Row] = &[
+    ("shadows", "across-texels", "§4: hard shadows through the images"),
+    ("indirect", "sampled", "§5: rays from every pixel"),
+    ("indirect-rays", "8", "§7: diffuse rays"),
+    ("glossy-rays", "16", "§7"),
+    ("first-rays", "1", "§5: every frame alike"),
+    ("hit-light", "shaded", "§5: local lighting at hits, with an exact shadow ray for his shadow map"),
+    ("bounces", "1", "§5"),
+    ("indirect-tracer", "across-texels", "§3.2"),
+    ("indirect-resolution", "full", "§5"),
+    ("indirect-filter", "5", "§5, §7: 11 x 11; ours stops at edges"),
+    ("indirect-clamp", "off", NONE),
+    ("deep-directions", "cube:5", "§3.1, §7: 150 directions, two to an image"),
+    ("deep-resolution", "128", "§5"),
+    ("deep-builder", "depth_peeling", "§3.1"),
+    ("deep-merge", "0", NONE),
+    ("deep-sort", "blocks", "§3.1: peeled layers are in order"),
+    ("deep-search", "linear_steps", "§3.2: layer by layer"),
+    ("samples", "4", "§4, fig. 4"),
+];
+
+const AALUND: &[Row] = &[
+    ("shadows", "auto", EXACT),
+    ("occlusion", "deep", "§3.3"),
+    ("occlusion-plain", "on", "§3.3, eq. 1 to 3"),
+    ("indirect", "photon-splatting", "§3.4"),
+    ("photon-count", "4096", "not stated; ours"),
+    ("photon-tracer", "within-texel", "§3.1"),
+    ("photon-bounces", "1", "§3.4: absorbed after the first bounce"),
+    ("photon-radius", "1", "eq. 4: the ellipse of the differentials"),
+    ("photon-widened", "off", NONE),
+    ("photon-conserve", "off", NONE),
+    ("photon-splat", "raster", "§4.2: additive blending"),
+    ("indirect-resolution", "full", "§4.2"),
+    ("indirect-filter", "0", NONE),
+    ("indirect-clamp", "off", NONE),
+    ("deep-directions", "zonal:512", "§3.2, figs 8 to 10"),
+    ("deep-resolution", "50", "fig. 9; figs 8 and 10 have 200"),
+    ("deep-builder", "per_direction", "§3: one draw for each map"),
+    ("deep-merge", "0", NONE),
+    ("deep-search", "linear_steps", "§3.1"),
+];
+
+const ARCHER: &[Row] = &[
+    ("shadows", "auto", EXACT),
+    ("culling", "raster-grid", "§3.2: outlines of lights at tiles, depths by line and sphere"),
+    ("indirect", "virtual-lights", "§3.2"),
+    ("vpl-map", "256", "§4"),
+    ("vpl-source", "raster", "§3.2: a reflective shadow map"),
+    ("vpl-unique", "on", "§3.2: higher mip levels near the light"),
+    ("vpl-spacing", "0.02", "not stated; fitted to his 20,000 lights"),
+    ("vpl-count", "0", "§3.2: all that are unique"),
+    ("vpl-stride", "1", "§3.2: a pixel uses every listed light"),
+    ("vpl-ranges", "average", "§3.2: six rays"),
+    ("vpl-axis", "normal", "§3.2"),
+    ("vpl-range-tracer", "within-texel", "§3.2"),
+    ("vpl-least-range", "0.005", "not stated; ours"),
+    ("vpl-most-range", "0.15", "not stated; fitted to his 2,000 lights"),
+    ("vpl-large-kept", "10", "§3.2: most of the large ones are discarded; the part is fitted"),
+    ("vpl-residual", "lost", NONE),
+    ("vpl-shadows", "none", "§4: virtual lights cast none"),
+    ("indirect-resolution", "full", "§3.2"),
+    ("indirect-filter", "0", NONE),
+    ("indirect-clamp", "off", NONE),
+    ("deep-directions", "stacks:13x13", "§3.1"),
+    ("deep-resolution", "64", "§4"),
+    ("deep-builder", "single_pass", "§3.1"),
+    ("deep-merge", "0", NONE),
+    ("deep-sort", "blocks", "§3.1"),
+    ("deep-search", "linear_steps", "§3.2"),
+];
+
+/// Parts of the papers' rows. Each structure of deep images has its own settings: the shared ones are Niessner's.
+const FIVE: &[Row] = &[
+    ("culling", "clustered", "[VanGelderen2020, §3]"),
+    ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]"),
+    ("shadows", "across-texels", "[Niessner2010, §3.2]"),
+    ("light-radius", "0.05", "[Niessner2010, §4]: soft shadows; the radius is ours"),
+    ("shadow-rays", "16", "[Niessner2010, §7]"),
+    ("ray-culling", "improved", "[Elagabani2025, §4.3.1]"),
+    ("deep-directions", "cube:5", "[Niessner2010, §3.1, §7]"),
+    ("deep-resolution", "128", "[Niessner2010, §5]"),
+    ("deep-builder", "per_triangle", "the images of [Niessner2010, §3.1], without its draw for each layer"),
+    ("occlusion", "deep", "[Aalund2015, §3.3]"),
+    ("occlusion-plain", "on", "[Aalund2015, eq. 1 to 3]"),
+    ("occlusion-images", "aalund", "[Aalund2015, fig. 9]"),
+    ("indirect", "virtual-lights", "[Archer2019, §3.2]"),
+    ("vpl-images", "archer", "[Archer2019, §3.1]"),
+    ("vpl-ranges", "average", "[Archer2019, §3.2]"),
+    ("vpl-range-tracer", "within-texel", "[Archer2019, §3.2]"),
+    ("samples", "4", "[Niessner2010, §4]"),
+];
+
+impl Paper {
+    /// Its settings, a value for each stage first.
+    pub fn rows(self) -> Vec<PaperSetting> {
+        let own = match self {
+            Self::Elagabani => ELAGABANI,
+            Self::VanGelderen => VAN_GELDEREN,
+            Self::Niessner => NIESSNER,
+            Self::Aalund => AALUND,
+            Self::Archer => ARCHER,
+            Self::Five => FIVE,
+        };
+        let is_new = |(name, ..): &&Row| STAGES.iter().all(|(stage, ..)| stage != name);
+        let value = |stage: &Row| *own.iter().find(|(name, ..)| *name == stage.0).unwrap_or(stage);
+        let all = STAGES.iter().map(value).chain(own.iter().filter(is_new).copied());
+        all.map(|(name, value, source)| PaperSetting { name, value, source }).collect()
+    }
+
+    /// The settings of a renderer.
+    pub fn settings(self) -> Settings {
+        let mut settings = Settings::direct_light();
+        for PaperSetting { name, value, .. } in self.rows() {
+            settings.set(name, value).expect("a test sets every row");
+        }
+        settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::settings::{Indirect, Occlusion};
+    use lanternfish_scene::Named;
+
+    use super::*;
+    use crate::{DeepImageSettings, PaperImages, VirtualLights, occlusion::deep::Deep};
+
+    /// Every row is a setting that keeps its value: none belongs to a technique that is not chosen.
+    #[test]
+    fn every_row_is_set() {
+        crate::register();
+        for paper in Paper::all() {
+            let settings = paper.settings();
+            for PaperSetting { name, value, source } in paper.rows() {
+                assert_eq!(settings.get(name).as_deref(), Some(value), "{paper}: {name}");
+                assert!(!source.is_empty());
+            }
+            let mut names: Vec<_> = paper.rows().iter().map(|row| row.name).collect();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), paper.rows().len(), "{paper}: a setting twice");
+        }
+    }
+
+    /// A stage that a paper lacks is off, whatever the renderer's default is.
+    #[test]
+    fn what_a_paper_lacks_is_off() {
+        crate::register();
+        let [elagabani, van_gelderen] = [Paper::Elagabani, Paper::VanGelderen].map(Paper::settings);
+        for settings in [&elagabani, &van_gelderen] {
+            assert_eq!((&settings.indirect, &settings.occlusion), (&Indirect::NONE, &Occlusion::NONE));
+        }
+        assert_eq!(van_gelderen.get("shadows").as_deref(), Some("none"));
+        assert_eq!(Paper::Niessner.settings().occlusion, Occlusion::NONE);
+        assert_eq!(Paper::Archer.settings().occlusion, Occlusion::NONE);
+    }
+
+    /// The deep images that a preset builds are those of the constants, and all five have three structures.
+    #[test]
+    fn deep_images_are_the_papers() {
+        crate::register();
+        let images = |paper: Paper| DeepImageSettings::of(&paper.settings().structure);
+        assert_eq!(images(Paper::Niessner), DeepImageSettings::NIESSNER);
+        assert_eq!(images(Paper::Aalund), DeepImageSettings::AALUND);
+        assert_eq!(images(Paper::Archer), DeepImageSettings::ARCHER);
+        let five = Paper::Five.settings();
+        let of = DeepImageSettings::NIESSNER;
+        assert_eq!((images(Paper::Five).directions, images(Paper::Five).resolution), (of.directions, of.resolution));
+        assert_eq!(five.indirect.get::<VirtualLights>().unwrap().images, PaperImages::Archer);
+        assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Aalund);
+    }
+}
