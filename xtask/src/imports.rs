@@ -136,7 +136,7 @@ fn without_tests(text: &str) -> String {
 }
 
 /// Parses the import tree at the start of a text (`a::{b, c::d}`). Returns its paths and the remaining text.
-fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
+pub fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
     let text = text.trim_start();
     if let Some(mut rest) = text.strip_prefix('{') {
         let mut all = Vec::new();
