@@ -12,14 +12,16 @@ mod listing;
 mod tests;
 
 use std::{
-    env, fs,
-    path::PathBuf,
+    env,
     process::{Command, ExitCode},
 };
 
 use serde_json::Value;
 
-use crate::command::{cargo, run as step, workspace};
+use crate::{
+    command::{cargo, run as step, workspace},
+    files::{at, read, write},
+};
 use listing::{FORMAT, Listing};
 
 /// The crates whose public items are promised.
@@ -67,12 +69,11 @@ pub fn run(words: &[String]) -> Result<(), String> {
     }
     let (path, new) = (workspace().join("docs/interface.txt"), listing::page(&listings));
     if is_stored {
-        fs::write(&path, new).map_err(|error| format!("{}: {error}", path.display()))?;
+        write(&path, new)?;
         println!("wrote {}", path.display());
         return Ok(());
     }
-    let stored = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    match listing::differences(&stored, &new) {
+    match listing::differences(&read(&path)?, &new) {
         lines if lines.is_empty() => Ok(()),
         lines => Err(format!(
             "the public interface differs from docs/interface.txt:\n{}\nIf that is intended, run `cargo xtask interface --write` and \
@@ -88,25 +89,19 @@ fn listings() -> Result<Result<Vec<Listing>, String>, String> {
     // Without the program `lanternfish`, whose documentation has the path of the library's.
     let mut document = cargo(["doc", "--quiet", "--workspace", "--no-deps", "--lib", "--bin", "xtask"]);
     step(document.env("RUSTDOC", &program).env(AS_RUSTDOC, "1").env("RUSTDOCFLAGS", FLAGS))?;
+    // Beside the folder of this program.
+    let folder = program.ancestors().nth(2).expect("cargo has built it").join("doc");
     let mut listings = Vec::new();
     for name in CRATES {
-        let path = target_folder().join(format!("doc/{}.json", name.replace('-', "_")));
-        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let documentation: Value =
-            serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        match Listing::of(name, &documentation) {
-            Some(listing) => listings.push(listing),
-            None => {
-                let format = &documentation["format_version"];
-                return Ok(Err(format!("rustdoc's JSON has the format {format}, and only {FORMAT} is read")));
-            }
-        }
+        let path = folder.join(format!("{}.json", name.replace('-', "_")));
+        let documentation: Value = at(&path, serde_json::from_str(&read(&path)?))?;
+        let Some(listing) = Listing::of(name, &documentation) else {
+            let format = &documentation["format_version"];
+            return Ok(Err(format!("rustdoc's JSON has the format {format}, and only {FORMAT} is read")));
+        };
+        listings.push(listing);
     }
     Ok(Ok(listings))
-}
-
-fn target_folder() -> PathBuf {
-    env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
 
 /// Runs rustdoc with its unstable options, if cargo started this program as rustdoc. Only rustdoc sees the variable that allows them: it would

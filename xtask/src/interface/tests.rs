@@ -1,14 +1,16 @@
 //! Reads a small documentation, and checks that the listing sees what changes, and that examples use what is listed.
 
-use std::fs;
-
 use serde_json::{Value, json};
 
 use super::{
     CRATES,
     listing::{FORMAT, HIDDEN, Listing, differences, page},
 };
-use crate::{command::workspace, imports};
+use crate::{
+    command::workspace,
+    files::{read, texts},
+    imports,
+};
 
 /// A crate with a module, a struct that two paths reach, its method, a trait, and an item of another crate; a hidden module with a
 /// struct that is not hidden at the root, a hidden method and a hidden re-export.
@@ -79,7 +81,7 @@ fn an_item_that_comes_or_goes_is_a_difference() {
 /// A crate that a program may depend on is listed, or is one of those that promise nothing.
 #[test]
 fn every_crate_is_listed_or_promises_nothing() {
-    let folders = fs::read_dir(workspace().join("crates")).unwrap();
+    let folders = std::fs::read_dir(workspace().join("crates")).unwrap();
     let mut names: Vec<_> = folders.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.retain(|name| name != "lanternfish-gpu-test");
     names.sort();
@@ -100,12 +102,11 @@ fn unlisted(text: &str, interface: &str) -> Vec<String> {
 
 #[test]
 fn examples_and_guide_import_what_is_listed() {
-    let interface = fs::read_to_string(workspace().join("docs/interface.txt")).unwrap();
-    let folders = ["crates/lanternfish/examples", "examples/hemisphere/src", "docs/guide"].map(|f| workspace().join(f));
-    let files = folders.iter().flat_map(|folder| fs::read_dir(folder).unwrap()).map(|entry| entry.unwrap().path());
-    for path in files.chain([workspace().join("README.md")]).filter(|path| path.is_file()) {
-        let text = fs::read_to_string(&path).unwrap();
-        assert_eq!(unlisted(&text, &interface), [""; 0], "{}", path.display());
+    let interface = read(&workspace().join("docs/interface.txt")).unwrap();
+    let folders = ["crates/lanternfish/examples", "examples/hemisphere/src", "docs/guide"];
+    let readme = ("README.md".to_owned(), read(&workspace().join("README.md")).unwrap());
+    for (name, text) in folders.map(|folder| texts(folder, &["rs", "md"])).concat().into_iter().chain([readme]) {
+        assert_eq!(unlisted(&text, &interface), [""; 0], "{name}");
     }
     let text = "use lanternfish::{Renderer, rays::TracePass};\nfn main() { lanternfish_gpu::made() }";
     assert_eq!(unlisted(text, &interface), ["lanternfish::rays::TracePass", "lanternfish_gpu::made"]);
