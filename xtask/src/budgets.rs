@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use crate::command::{run_for_output, workspace};
+use crate::{
+    command::{run_for_output, workspace},
+    files,
+};
 
 /// The heading above the table.
 const HEADING: &str = "## Budgets";
@@ -17,7 +20,7 @@ struct Row {
 
 /// Fails if a folder has more lines of Rust and WESL, or the repository more words of Markdown, than its budget.
 pub fn check() -> Result<(), String> {
-    let page = fs::read_to_string(workspace().join("CONVENTIONS.md")).map_err(|error| error.to_string())?;
+    let page = files::read(&workspace().join("CONVENTIONS.md"))?;
     // A copy of the files without their repository has no list of what belongs to it.
     let Ok(files) = run_for_output(std::process::Command::new("git").args(["ls-files", "-z"]).current_dir(workspace()))
     else {

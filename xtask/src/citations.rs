@@ -1,8 +1,11 @@
 //! Tests that `docs/references.bib` lists every source that a comment or a page cites.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::collections::BTreeSet;
 
-use crate::command::workspace;
+use crate::{
+    command::workspace,
+    files::{read, texts},
+};
 
 /// Keys such as `Elagabani2025` in `[Elagabani2025, §4.2; Harada2012]`.
 fn cited(text: &str) -> impl Iterator<Item = &str> {
@@ -16,31 +19,16 @@ fn cited(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Collects keys cited below a folder, each with the file of one citation.
-fn gather(folder: &Path, citations: &mut BTreeSet<(String, String)>) {
-    for entry in fs::read_dir(folder).expect("the workspace can be read") {
-        let path = entry.expect("the workspace can be read").path();
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        if path.is_dir() {
-            gather(&path, citations);
-        } else if ["rs", "wesl", "md"].contains(&ending) {
-            let text = fs::read_to_string(&path).expect("sources are UTF-8");
-            citations.extend(cited(&text).map(|key| (key.to_owned(), path.display().to_string())));
-        }
-    }
-}
-
 #[test]
 fn every_cited_source_is_listed() {
-    let list = fs::read_to_string(workspace().join("docs/references.bib")).expect("the list is there");
+    let list = read(&workspace().join("docs/references.bib")).expect("the list is there");
     let entries = list.lines().filter_map(|line| line.strip_prefix('@')?.split_once('{')?.1.strip_suffix(','));
     let listed: BTreeSet<&str> = entries.collect();
-    let mut citations = BTreeSet::new();
-    for folder in ["crates", "papers"] {
-        gather(&workspace().join(folder), &mut citations);
-    }
+    let texts = ["crates", "papers"].map(|folder| texts(folder, &["rs", "wesl", "md"])).concat();
+    let citations: BTreeSet<_> =
+        texts.iter().flat_map(|(file, text)| cited(text).map(move |key| (key, file))).collect();
     assert!(citations.len() > 30, "{} citations", citations.len());
-    let missing: Vec<_> = citations.iter().filter(|(key, _)| !listed.contains(key.as_str())).collect();
+    let missing: Vec<_> = citations.iter().filter(|(key, _)| !listed.contains(key)).collect();
     assert!(missing.is_empty(), "not in docs/references.bib: {missing:?}");
 }
 

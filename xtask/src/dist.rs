@@ -4,7 +4,10 @@ use std::{fmt::Write as _, fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-use crate::command::{cargo, find_program, run, run_for_output, workspace};
+use crate::{
+    command::{cargo, find_program, run, run_for_output, workspace},
+    files::{self, at},
+};
 
 /// What the program is built for: x86-64 Linux with this version of glibc or a newer one.
 const TARGET: &str = "x86_64-unknown-linux-gnu";
@@ -23,38 +26,28 @@ pub fn run_dist() -> Result<(), String> {
     run(&mut cargo(["zigbuild", "--profile", "dist", "--target", &target, "--package", "lanternfish-cli"]))?;
 
     let program = workspace().join(format!("target/{TARGET}/dist/lanternfish"));
-    let bytes = fs::read(&program).map_err(|error| format!("{}: {error}", program.display()))?;
+    let bytes = at(&program, fs::read(&program))?;
     let needed = newest_glibc(&bytes).ok_or("the program names no version of glibc")?;
     if needed > GLIBC {
         return Err(format!("the program needs glibc {}.{}, not {major}.{minor}", needed.0, needed.1));
     }
 
-    let metadata = run_for_output(&mut cargo([
-        "metadata",
-        "--format-version",
-        "1",
-        "--filter-platform",
-        TARGET,
-        "--manifest-path",
-        "crates/lanternfish-cli/Cargo.toml",
-    ]))?;
+    let mut metadata = cargo(["metadata", "--format-version", "1", "--filter-platform", TARGET]);
+    let metadata = run_for_output(metadata.args(["--manifest-path", "crates/lanternfish-cli/Cargo.toml"]))?;
     let metadata: Value = serde_json::from_str(&metadata).map_err(|error| error.to_string())?;
     let version = version(&metadata)?;
     let name = format!("lanternfish-{version}-x86_64-linux");
     let folder = workspace().join("target/archive").join(&name);
-    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let write =
-        |file: &str, bytes: &[u8]| fs::write(folder.join(file), bytes).map_err(|error| format!("{file}: {error}"));
-    write("lanternfish", &bytes)?;
-    write("LICENSES-OF-DEPENDENCIES.txt", licences(&metadata)?.as_bytes())?;
+    files::write(&folder.join("lanternfish"), &bytes)?;
+    files::write(&folder.join("LICENSES-OF-DEPENDENCIES.txt"), licences(&metadata)?)?;
     for file in ["LICENSE-APACHE", "LICENSE-MIT", "README.md", "CHANGELOG.md"] {
-        write(file, &fs::read(workspace().join(file)).map_err(|error| format!("{file}: {error}"))?)?;
+        files::copy(&workspace().join(file), &folder.join(file))?;
     }
     run(Command::new("chmod").arg("755").arg(folder.join("lanternfish")))?;
     let archive = folder.with_file_name(format!("{name}.tar.gz"));
     let tar = ["--owner=0", "--group=0", "--use-compress-program=gzip -9", "-cf"];
     run(Command::new("tar").args(tar).arg(&archive).arg("-C").arg(workspace().join("target/archive")).arg(&name))?;
-    let size = fs::metadata(&archive).map_err(|error| error.to_string())?.len();
+    let size = at(&archive, fs::metadata(&archive))?.len();
     println!("{} ({:.1} MB; glibc {}.{} or newer)", archive.display(), size as f64 / 1e6, needed.0, needed.1);
     Ok(())
 }
@@ -90,19 +83,14 @@ fn licences(metadata: &Value) -> Result<String, String> {
         let text = |key: &str| package[key].as_str().unwrap_or("not stated");
         let _ = writeln!(all, "{}\n{} {}: {}\n", "=".repeat(80), text("name"), text("version"), text("license"));
         let folder = Path::new(text("manifest_path")).parent().ok_or("a manifest lies in no folder")?;
-        let mut files: Vec<_> =
-            fs::read_dir(folder).map_err(|error| error.to_string())?.filter_map(Result::ok).collect();
+        let mut files: Vec<_> = at(folder, fs::read_dir(folder))?.filter_map(Result::ok).collect();
         files.sort_by_key(fs::DirEntry::file_name);
         let is_licence = |file: &fs::DirEntry| {
             let name = file.file_name().to_string_lossy().to_ascii_uppercase();
             ["LICENSE", "LICENCE", "COPYING", "NOTICE", "COPYRIGHT"].iter().any(|start| name.starts_with(start))
         };
         for file in files.iter().filter(|file| is_licence(file) && file.path().is_file()) {
-            let _ = writeln!(
-                all,
-                "{}\n",
-                String::from_utf8_lossy(&fs::read(file.path()).map_err(|error| error.to_string())?)
-            );
+            let _ = writeln!(all, "{}\n", String::from_utf8_lossy(&at(folder, fs::read(file.path()))?));
         }
     }
     Ok(all)

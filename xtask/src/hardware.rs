@@ -21,6 +21,7 @@ use std::{
 
 use crate::{
     command::{cargo, commit, run as step, workspace},
+    files::{self, at, make_empty},
     test,
 };
 
@@ -38,11 +39,14 @@ const SCRIPTS: [(&str, &str); 4] = [
 /// Scenes, below the shared folder.
 const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb"];
 
-/// A shot, below `docs`, and the start of its scene's path there and in the kit, where `shots` lies beside `assets`.
-const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/", "\"../");
+/// A file below `docs`, and what is replaced in the kit's copy.
+type Page = (&'static str, &'static [(&'static str, &'static str)]);
 
-/// A track, below `docs`, and the lines that the kit leaves out: a walk chooses its technique.
-const TRACK: (&str, [&str; 2]) = ("tracks/atrium.toml", ["shadows = \"none\"\n", "indirect = \"none\"\n"]);
+/// A shot. In the kit `shots` lies beside the `assets` of its scene.
+const SHOT: Page = ("shots/sponza-ten.toml", &[("\"../../../shared/", "\"../")]);
+
+/// A track. The kit leaves its technique out: a walk chooses its own.
+const TRACK: Page = ("tracks/atrium.toml", &[("shadows = \"none\"\n", ""), ("indirect = \"none\"\n", "")]);
 
 /// Builds, and packs the kit.
 pub fn run() -> Result<(), String> {
@@ -67,19 +71,18 @@ pub fn run() -> Result<(), String> {
     for program in &programs::TESTS {
         programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
     }
-    copy_scenes(&contents.join("shared"))?;
-    copy_track(&contents.join("shared"))?;
+    copy_shared(&contents.join("shared"))?;
     if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
         eprintln!("==> Left out: libraries ({what})");
     }
     pack(&contents, &kit)?;
     for folder in [contents, scratch] {
-        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        at(&folder, fs::remove_dir_all(&folder))?;
     }
 
-    let files = libraries::files_below(&kit)?;
+    let files = files::below(&kit)?;
     let sizes = files.iter().map(|file| {
-        let size = fs::metadata(file).map_err(|error| format!("{}: {error}", file.display()))?.len();
+        let size = at(file, fs::metadata(file))?.len();
         Ok((file.file_name().unwrap_or_default().to_string_lossy().into_owned(), size))
     });
     print!("{}", table(&sizes.collect::<Result<Vec<_>, String>>()?)?);
@@ -100,52 +103,38 @@ fn table(files: &[(String, u64)]) -> Result<String, String> {
     Ok(table)
 }
 
-/// Copies the scenes that are present, and the shot if its scene is.
-fn copy_scenes(shared: &Path) -> Result<(), String> {
+/// Copies the scenes that are present, the shot if its scene is, and the track.
+fn copy_shared(shared: &Path) -> Result<(), String> {
     let source = env::var_os("LANTERNFISH_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     for scene in SCENES {
-        let (from, to) = (source.join(scene), shared.join(scene));
-        if !from.is_file() {
+        if source.join(scene).is_file() {
+            files::copy(&source.join(scene), &shared.join(scene))?;
+        } else {
             eprintln!("==> Left out: {scene} (not in {})", source.display());
-            continue;
         }
-        fs::create_dir_all(to.parent().expect("a file lies in a folder"))
-            .and_then(|()| fs::copy(&from, &to))
-            .map_err(|error| format!("{}: {error}", from.display()))?;
     }
-    let (shot, start, start_in_kit) = SHOT;
-    let (from, to) = (workspace().join("docs").join(shot), shared.join(shot));
-    if !shared.join(SCENES[0]).is_file() {
-        return Ok(());
+    if shared.join(SCENES[0]).is_file() {
+        copy_page(&SHOT, shared)?;
     }
-    let text = fs::read_to_string(&from).map_err(|error| format!("{}: {error}", from.display()))?;
-    if !text.contains(start) {
-        return Err(format!("{}: no path that starts with {start}", from.display()));
-    }
-    fs::create_dir_all(to.parent().expect("a file lies in a folder"))
-        .and_then(|()| fs::write(&to, text.replace(start, start_in_kit)))
-        .map_err(|error| format!("{}: {error}", to.display()))
+    copy_page(&TRACK, shared)
 }
 
-/// Copies the track, without its technique.
-fn copy_track(shared: &Path) -> Result<(), String> {
-    let (track, lines) = TRACK;
-    let (from, to) = (workspace().join("docs").join(track), shared.join(track));
-    let mut text = fs::read_to_string(&from).map_err(|error| format!("{}: {error}", from.display()))?;
-    for line in lines {
-        if text.matches(line).count() != 1 {
-            return Err(format!("{}: no single line {line:?}", from.display()));
+/// Copies a page of `docs`. Each of its changes must apply once.
+fn copy_page((name, changes): &Page, shared: &Path) -> Result<(), String> {
+    let from = workspace().join("docs").join(name);
+    let mut text = files::read(&from)?;
+    for (old, new) in *changes {
+        if text.matches(old).count() != 1 {
+            return Err(format!("{}: {old:?} is not there once", from.display()));
         }
-        text = text.replace(line, "");
+        text = text.replace(old, new);
     }
-    fs::create_dir_all(to.parent().expect("a file lies in a folder"))
-        .and_then(|()| fs::write(&to, text))
-        .map_err(|error| format!("{}: {error}", to.display()))
+    files::write(&shared.join(name), text)
 }
 
 /// Packs every entry of `contents` into a tarball of the kit, and adds the scripts.
 fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
-    let entries = fs::read_dir(contents).map_err(|error| format!("{}: {error}", contents.display()))?;
+    let entries = at(contents, fs::read_dir(contents))?;
     for entry in entries.filter_map(Result::ok) {
         let name = entry.file_name().to_string_lossy().into_owned();
         let tarball = kit.join(format!("{name}.tar.gz"));
@@ -154,13 +143,11 @@ fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
         step(tar.arg("-C").arg(contents).arg(name))?;
     }
     // The doctor's report states it.
-    let file = kit.join("commit");
-    fs::write(&file, commit().unwrap_or_default()).map_err(|error| format!("{}: {error}", file.display()))?;
+    files::write(&kit.join("commit"), commit().unwrap_or_default())?;
     for (name, text) in SCRIPTS {
         let script = kit.join(name);
-        fs::write(&script, text)
-            .and_then(|()| make_executable(&script))
-            .map_err(|error| format!("{}: {error}", script.display()))?;
+        files::write(&script, text)?;
+        at(&script, make_executable(&script))?;
     }
     Ok(())
 }
@@ -172,13 +159,4 @@ fn make_executable(file: &Path) -> io::Result<()> {
     #[cfg(not(unix))]
     let _ = file;
     Ok(())
-}
-
-/// Creates an empty folder.
-fn make_empty(folder: &Path) -> Result<(), String> {
-    match fs::remove_dir_all(folder) {
-        Err(error) if folder.exists() => return Err(format!("{}: {error}", folder.display())),
-        _ => {}
-    }
-    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))
 }

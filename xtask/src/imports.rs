@@ -6,9 +6,10 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs,
     path::Path,
 };
+
+use crate::files;
 
 /// The files of a crate by language and module path, each with the files that it imports.
 type Imports = BTreeMap<File, BTreeSet<File>>;
@@ -32,8 +33,7 @@ const REGISTRATION: &str = "techniques";
 
 /// The imports between the files below a crate's `src`.
 fn imports(source: &Path) -> Imports {
-    let mut texts = BTreeMap::new();
-    visit(source, &mut Vec::new(), &mut texts);
+    let texts = texts(source);
     let files: BTreeSet<File> = texts.keys().cloned().collect();
     let of = |(file, text): (&File, &String)| {
         let mut imported: BTreeSet<File> =
@@ -44,38 +44,35 @@ fn imports(source: &Path) -> Imports {
     texts.iter().map(of).collect()
 }
 
-/// Reads every source file except tests.
-fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, String>) {
-    for entry in fs::read_dir(folder).expect("a folder of the crate").filter_map(Result::ok) {
-        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-        if path.is_dir() {
-            if !["tests", "testing"].contains(&&*name) {
-                module.push(name);
-                visit(&path, module, texts);
-                module.pop();
-            }
-            continue;
-        }
-        let Some((stem, ending)) = name.split_once('.') else { continue };
-        let language = match ending {
-            "rs" => "rs",
-            "wesl" => "wesl",
+/// Every source file except tests.
+fn texts(source: &Path) -> BTreeMap<File, String> {
+    let mut texts = BTreeMap::new();
+    for path in files::below(source).expect("a folder of the crate") {
+        let names = path.strip_prefix(source).expect("it lies below").iter().map(|name| name.to_string_lossy());
+        let mut module: Vec<_> = names.map(String::from).collect();
+        let file = module.pop().expect("a file has a name");
+        let language = match file.split_once('.') {
+            Some((_, "rs")) => "rs",
+            Some((_, "wesl")) => "wesl",
             _ => continue,
         };
+        let stem = &file[..file.len() - language.len() - 1];
         // CPU references are for tests only.
-        if ["tests", "cpu_reference"].contains(&stem) {
+        let is_test = |name: &String| ["tests", "testing"].contains(&name.as_str());
+        if module.iter().any(is_test) || ["tests", "cpu_reference"].contains(&stem) {
             continue;
         }
-        let is_folder = language == "rs" && ["mod", "lib", "main"].contains(&stem);
-        let own = if is_folder { None } else { Some(stem.to_owned()) };
-        let path_of_module: Vec<String> = module.iter().cloned().chain(own).collect();
-        let text = fs::read_to_string(&path).expect("source is text");
+        let text = files::read(&path).expect("source is text");
         if text.contains("\ngpu_struct! {") || text.contains("\ngpu_constants! {") {
             // The build script generates it from the folder's declarations; it imports nothing.
             texts.entry(("wesl", [&module[..], &["host".to_owned()]].concat().join("/"))).or_default();
         }
-        texts.insert((language, path_of_module.join("/")), text);
+        if language == "wesl" || !["mod", "lib", "main"].contains(&stem) {
+            module.push(stem.to_owned());
+        }
+        texts.insert((language, module.join("/")), text);
     }
+    texts
 }
 
 /// The file that a path names: its longest prefix that is a file.
@@ -136,7 +133,7 @@ fn without_tests(text: &str) -> String {
 }
 
 /// Parses the import tree at the start of a text (`a::{b, c::d}`). Returns its paths and the remaining text.
-fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
+pub fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
     let text = text.trim_start();
     if let Some(mut rest) = text.strip_prefix('{') {
         let mut all = Vec::new();

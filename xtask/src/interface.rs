@@ -1,24 +1,27 @@
 //! `cargo xtask interface`: the public items of the product's crates, stored in `docs/interface.txt`.
 //!
-//! An item is a struct, union, enum, trait, function, constant, static, type alias or macro that a path from the crate's root reaches
-//! without the feature `unstable`, or a method, constant or type of an inherent `impl` or of a trait. It counts once, under the shortest of its paths.
-//! Fields, variants, implementations of traits, modules, items of other crates and what is hidden in the documentation do not count.
+//! An item is a struct, union, enum, trait, function, constant, static, type alias or macro that a path from the crate's root reaches,
+//! or a method, constant or type of an inherent `impl` or of a trait. It counts once, under the shortest of its paths.
+//! Fields, variants, implementations of traits, modules, items of other crates and what is `#[doc(hidden)]` do not count.
 //!
 //! The source is rustdoc's JSON, whose format changes with the compiler: another format than [`listing::FORMAT`] is left out with a line.
+//! Warnings of rustdoc are errors, so this checks the documentation, too, that of hidden items included.
 
 mod listing;
 #[cfg(test)]
 mod tests;
 
 use std::{
-    env, fs,
-    path::PathBuf,
+    env,
     process::{Command, ExitCode},
 };
 
 use serde_json::Value;
 
-use crate::command::{cargo, run as step, workspace};
+use crate::{
+    command::{cargo, run as step, workspace},
+    files::{at, read, write},
+};
 use listing::{FORMAT, Listing};
 
 /// The crates whose public items are promised.
@@ -40,6 +43,9 @@ const MOST: [usize; 2] = [200, 450];
 /// Set by this task for the rustdoc that cargo starts, which is this program: see [`as_rustdoc`].
 const AS_RUSTDOC: &str = "LANTERNFISH_XTASK_AS_RUSTDOC";
 
+/// Flags of rustdoc.
+const FLAGS: &str = "-D warnings -Z unstable-options --output-format json --document-hidden-items";
+
 /// Compares the interface with the stored one and fails if they differ; `--write` stores it.
 pub fn run(words: &[String]) -> Result<(), String> {
     let is_stored = match words {
@@ -57,18 +63,17 @@ pub fn run(words: &[String]) -> Result<(), String> {
     let counts = [listings[0].count(), listings.iter().map(Listing::count).sum()];
     if counts.iter().zip(MOST).any(|(count, most)| *count > most) {
         return Err(format!(
-            "{counts:?} public items in lanternfish and in all crates, of {MOST:?}: an item that no user needs should be `pub(crate)`, or be \
-             gated by `unstable`"
+            "{counts:?} public items in lanternfish and in all crates, of {MOST:?}: an item that no user needs should be `pub(crate)` \
+             or `#[doc(hidden)]`"
         ));
     }
     let (path, new) = (workspace().join("docs/interface.txt"), listing::page(&listings));
     if is_stored {
-        fs::write(&path, new).map_err(|error| format!("{}: {error}", path.display()))?;
+        write(&path, new)?;
         println!("wrote {}", path.display());
         return Ok(());
     }
-    let stored = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    match listing::differences(&stored, &new) {
+    match listing::differences(&read(&path)?, &new) {
         lines if lines.is_empty() => Ok(()),
         lines => Err(format!(
             "the public interface differs from docs/interface.txt:\n{}\nIf that is intended, run `cargo xtask interface --write` and \
@@ -81,29 +86,22 @@ pub fn run(words: &[String]) -> Result<(), String> {
 /// The interface of each crate, or the reason why this compiler cannot tell.
 fn listings() -> Result<Result<Vec<Listing>, String>, String> {
     let program = env::current_exe().map_err(|error| format!("this program's path: {error}"))?;
+    // Without the program `lanternfish`, whose documentation has the path of the library's.
+    let mut document = cargo(["doc", "--quiet", "--workspace", "--no-deps", "--lib", "--bin", "xtask"]);
+    step(document.env("RUSTDOC", &program).env(AS_RUSTDOC, "1").env("RUSTDOCFLAGS", FLAGS))?;
+    // Beside the folder of this program.
+    let folder = program.ancestors().nth(2).expect("cargo has built it").join("doc");
     let mut listings = Vec::new();
     for name in CRATES {
-        // Each by itself: cargo would turn on the features that one crate requires of another.
-        let words = ["rustdoc", "--quiet", "--lib", "--package", name, "--"];
-        let json = ["-Zunstable-options", "--output-format", "json", "--allow", "rustdoc::all"];
-        step(cargo(words.iter().chain(&json)).env("RUSTDOC", &program).env(AS_RUSTDOC, "1"))?;
-        let path = target_folder().join(format!("doc/{}.json", name.replace('-', "_")));
-        let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let documentation: Value =
-            serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-        match Listing::of(name, &documentation) {
-            Some(listing) => listings.push(listing),
-            None => {
-                let format = &documentation["format_version"];
-                return Ok(Err(format!("rustdoc's JSON has the format {format}, and only {FORMAT} is read")));
-            }
-        }
+        let path = folder.join(format!("{}.json", name.replace('-', "_")));
+        let documentation: Value = at(&path, serde_json::from_str(&read(&path)?))?;
+        let Some(listing) = Listing::of(name, &documentation) else {
+            let format = &documentation["format_version"];
+            return Ok(Err(format!("rustdoc's JSON has the format {format}, and only {FORMAT} is read")));
+        };
+        listings.push(listing);
     }
     Ok(Ok(listings))
-}
-
-fn target_folder() -> PathBuf {
-    env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from)
 }
 
 /// Runs rustdoc with its unstable options, if cargo started this program as rustdoc. Only rustdoc sees the variable that allows them: it would

@@ -1,11 +1,8 @@
 //! Every relative link of every page leads to a file, and to a heading of it where it names one.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::Path};
 
-use crate::command::workspace;
+use crate::{command::workspace, files::texts};
 
 /// Targets of the links and images of a page: what stands between `](` and `)`.
 fn targets(page: &str) -> impl Iterator<Item = &str> {
@@ -45,28 +42,13 @@ fn fault(page: &Path, text: &str, target: &str) -> Option<String> {
         .then(|| format!("{}: {target}: no such heading", page.display()))
 }
 
-fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("the workspace can be read") {
-        let path = entry.expect("the workspace can be read").path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() && name != "target" && !name.starts_with('.') {
-            pages(&path, found);
-        } else if path.extension().is_some_and(|ending| ending == "md") {
-            found.push(path);
-        }
-    }
-}
-
 #[test]
 fn every_link_of_every_page_leads_somewhere() {
-    let mut all = Vec::new();
-    pages(workspace(), &mut all);
     let (mut count, mut faults) = (0, Vec::new());
-    for page in &all {
-        let text = fs::read_to_string(page).expect("pages are UTF-8");
+    for (page, text) in texts("", &["md"]) {
         for target in targets(&text) {
             count += 1;
-            faults.extend(fault(page, &text, target));
+            faults.extend(fault(&workspace().join(&page), &text, target));
         }
     }
     assert!(count > 100, "{count} links");

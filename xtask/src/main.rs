@@ -10,6 +10,7 @@ mod command;
 mod demo;
 mod dist;
 mod driver;
+mod files;
 mod hardware;
 #[cfg(test)]
 mod imports;

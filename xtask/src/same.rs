@@ -11,7 +11,7 @@ use std::{
 
 use crate::{
     command::{self, cargo, workspace},
-    program,
+    files, program,
 };
 
 /// The list, from the workspace's folder.
@@ -35,7 +35,7 @@ struct Image {
 /// Renders the list and compares it. `words`: nothing for the stored hashes, `--write` to store them, or a commit.
 pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     let path = workspace().join(LIST);
-    let list = List::parse(&fs::read_to_string(&path).map_err(|error| format!("{LIST}: {error}"))?)?;
+    let list = List::parse(&files::read(&path)?)?;
     let program = program::ready_as_tests(may_install)?;
     let own = list.render(&program, "this")?;
     match words {
@@ -45,7 +45,7 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         }
         [] => own.compare(&list, "the stored ones"),
         [word] if word == "--write" => {
-            fs::write(&path, own.to_string()).map_err(|error| format!("{LIST}: {error}"))?;
+            files::write(&path, own.to_string())?;
             let changed = own.differences(&list).len();
             println!("{LIST}: {changed} of {} hashes changed", own.images.len());
             Ok(())
@@ -92,12 +92,11 @@ impl List {
         list.driver = driver(&command::run_for_output(&mut program::called(program, &["info", "--adapters"]))?)?;
         for image in &mut list.images {
             let folder = workspace().join("target/same").join(folder).join(&image.name);
-            let _ = fs::remove_dir_all(&folder);
-            fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+            files::make_empty(&folder)?;
             let words: Vec<&str> = image.flags.split(' ').collect();
             let render = &mut program::called(program, &["render", "--quiet"]);
             command::run_for_output(render.args(words).arg("--output").arg(folder.join("image.exr")))?;
-            image.hash = hash_of(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+            image.hash = files::at(&folder, hash_of(&folder))?;
         }
         Ok(list)
     }

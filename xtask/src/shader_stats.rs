@@ -43,7 +43,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
         return Ok(());
     }
     let shaders = tool::link(&Wanted::Usual)?;
-    let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, HOT))?;
+    let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, &HOT))?;
     match Stored::read(&tool.mesa)? {
         Some(stored) => {
             let changes = [Card::hot_changes, Card::pass_changes].map(|of| new.changes(&stored, of)).concat();
@@ -69,7 +69,7 @@ pub fn check() -> Result<(), String> {
         return left_out(format!("no figures of Mesa {} are stored", tool.mesa));
     };
     let shaders = tool::link(&Wanted::Named(HOT.iter().map(|hot| hot.shader()).collect()))?;
-    let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, HOT))?;
+    let new = Stored::of(&tool.mesa, |card| Card::of(&tool.compile(card, &shaders)?, &HOT))?;
     verdict(&new.changes(&stored, Card::hot_changes))
 }
 

@@ -1,8 +1,6 @@
 //! Words that `docs/glossary.md` has a better one for stay out of code, comments, texts and pages.
 
-use std::{fs, path::Path};
-
-use crate::command::workspace;
+use crate::files::texts;
 
 /// Words, or groups of words, that are not used: alone, and as a part of an identifier.
 const AVOIDED: [&str; 24] = [
@@ -59,32 +57,18 @@ fn avoided(text: &str) -> impl Iterator<Item = &'static str> {
     AVOIDED.into_iter().filter(move |avoided| words.contains(&format!(" {avoided} ")))
 }
 
-/// Lines below a folder with words that are not used: `path:line: word`.
-fn gather(root: &Path, folder: &Path, found: &mut Vec<String>) {
-    for entry in fs::read_dir(folder).expect("the workspace can be read") {
-        let path = entry.expect("the workspace can be read").path();
-        let name = path.strip_prefix(root).expect("it lies below").display().to_string();
-        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-        let is_ours = !name.starts_with("target") && !name.starts_with('.');
-        if !is_ours || LEFT_OUT.iter().any(|left_out| format!("{name}/").starts_with(left_out) || name == *left_out) {
-            continue;
-        }
-        if path.is_dir() {
-            gather(root, &path, found);
-        } else if ["rs", "wesl", "md", "toml", "sh"].contains(&ending) {
-            let text = fs::read_to_string(&path).expect("sources are UTF-8");
-            // Old names that are still understood.
-            for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.contains("alias = ")) {
-                found.extend(avoided(line).map(|word| format!("{name}:{}: {word}", i + 1)));
-            }
-        }
-    }
-}
-
 #[test]
 fn words_are_those_of_the_glossary() {
     let mut found = Vec::new();
-    gather(workspace(), workspace(), &mut found);
+    for (name, text) in texts("", &["rs", "wesl", "md", "toml", "sh"]) {
+        if LEFT_OUT.iter().any(|left_out| name.starts_with(left_out)) {
+            continue;
+        }
+        // Old names that are still understood.
+        for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.contains("alias = ")) {
+            found.extend(avoided(line).map(|word| format!("{name}:{}: {word}", i + 1)));
+        }
+    }
     assert!(found.is_empty(), "{} lines, docs/glossary.md has better words:\n{}", found.len(), found.join("\n"));
 }
 

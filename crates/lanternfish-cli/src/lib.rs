@@ -1,68 +1,50 @@
 //! The command line of Lanternfish: the program `lanternfish`, and the code that `lanternfish-bench` shares with it.
 
-#![cfg_attr(
-    not(feature = "unstable"),
-    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
-)]
-
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-/// Modules of one of two lists. The name is one in which rustfmt looks for modules.
-macro_rules! cfg_if {
-    (if #[cfg($condition:meta)] { $($then:item)* } else { $($otherwise:item)* }) => {
-        $(#[cfg($condition)] $then)*
-        $(#[cfg(not($condition))] $otherwise)*
-    };
-}
-
-// The modules are public for the project's other crates alone.
-cfg_if! {
-    if #[cfg(feature = "unstable")] {
-        pub mod args;
-        pub mod camera;
-        pub mod choices;
-        pub mod error;
-        pub mod flags;
-        pub mod help;
-        pub mod images;
-        pub mod light_rig;
-        pub mod output;
-        pub mod parse;
-        pub mod pass_costs;
-        pub mod plot;
-        pub mod program;
-        pub mod progress;
-        pub mod repeat;
-        pub mod replay;
-        pub mod report;
-        pub mod scene;
-        pub mod shot;
-        pub mod times;
-    } else {
-        mod args;
-        mod camera;
-        mod choices;
-        mod error;
-        mod flags;
-        mod help;
-        mod images;
-        mod light_rig;
-        mod output;
-        mod parse;
-        mod pass_costs;
-        mod plot;
-        mod program;
-        mod progress;
-        mod repeat;
-        mod replay;
-        mod report;
-        mod scene;
-        mod shot;
-        mod times;
-    }
-}
+// Public for the project's other crates alone: no part of the interface, without promises.
+#[doc(hidden)]
+pub mod args;
+#[doc(hidden)]
+pub mod camera;
+#[doc(hidden)]
+pub mod choices;
+#[doc(hidden)]
+pub mod error;
+#[doc(hidden)]
+pub mod flags;
+#[doc(hidden)]
+pub mod help;
+#[doc(hidden)]
+pub mod images;
+#[doc(hidden)]
+pub mod light_rig;
+#[doc(hidden)]
+pub mod output;
+#[doc(hidden)]
+pub mod parse;
+#[doc(hidden)]
+pub mod pass_costs;
+#[doc(hidden)]
+pub mod plot;
+#[doc(hidden)]
+pub mod program;
+#[doc(hidden)]
+pub mod progress;
+#[doc(hidden)]
+pub mod repeat;
+#[doc(hidden)]
+pub mod replay;
+#[doc(hidden)]
+pub mod report;
+#[doc(hidden)]
+pub mod scene;
+#[doc(hidden)]
+pub mod shot;
+#[doc(hidden)]
+pub mod times;
 
 mod cli;
 mod compare;
@@ -89,7 +71,7 @@ mod warm;
 mod window;
 
 pub use cli::main;
-#[cfg(feature = "unstable")]
+#[doc(hidden)]
 pub use reference::fingerprint;
-#[cfg(feature = "unstable")]
+#[doc(hidden)]
 pub use render::apply_lights;

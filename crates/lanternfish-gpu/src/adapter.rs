@@ -139,13 +139,13 @@ pub struct Gpu {
 
 impl Gpu {
     /// Features for binding all textures of a scene as an array.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const TEXTURE_ARRAYS: wgpu::Features = wgpu::Features::TEXTURE_BINDING_ARRAY
+    #[doc(hidden)]
+    pub const TEXTURE_ARRAYS: wgpu::Features = wgpu::Features::TEXTURE_BINDING_ARRAY
         .union(wgpu::Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING);
 
     /// Features for timing passes, and dispatches that share a pass.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const TIMESTAMPS: wgpu::Features =
+    #[doc(hidden)]
+    pub const TIMESTAMPS: wgpu::Features =
         wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
     /// Optional features that some technique uses if they are available.
@@ -164,8 +164,8 @@ impl Gpu {
     }
 
     /// Like [`Self::open`], for an adapter from [`adapters`].
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn open_listed(listed: &AdapterDescription) -> Result<Self, GpuError> {
+    #[doc(hidden)]
+    pub fn open_listed(listed: &AdapterDescription) -> Result<Self, GpuError> {
         let adapters = enumerate();
         let adapter = adapters.iter().find(|adapter| AdapterDescription::new(adapter).is(listed));
         let adapter = adapter.ok_or(GpuError::NoAdapter)?;
@@ -173,8 +173,8 @@ impl Gpu {
     }
 
     /// Like [`Self::open`], among the adapters of `instance` that can present to `surface`. Also returns the adapter.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn open_for(
+    #[doc(hidden)]
+    pub fn open_for(
         instance: &wgpu::Instance,
         surface: &wgpu::Surface<'_>,
         choice: &AdapterChoice,

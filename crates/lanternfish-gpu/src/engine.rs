@@ -134,14 +134,14 @@ impl Engine {
     }
 
     /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go through the cache.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn within<R>(&self, work: impl FnOnce() -> R) -> R {
+    #[doc(hidden)]
+    pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {
         self.requested_within(work).0
     }
 
     /// Like [`Self::within`], and also returns the pipelines that `work` requested, both cached and new.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn requested_within<R>(&self, work: impl FnOnce() -> R) -> (R, Requested) {
+    #[doc(hidden)]
+    pub fn requested_within<R>(&self, work: impl FnOnce() -> R) -> (R, Requested) {
         let _before = Before(CURRENT.replace(Some((self.clone(), Requested::default()))));
         let result = work();
         let requested = CURRENT.take().map(|(_, requested)| requested).unwrap_or_default();
@@ -150,20 +150,20 @@ impl Engine {
 
     /// Bits of the fraction of a vertex's position in the image, pixels, at least 4: the rasterizer snaps vertices to 2ⁿ points a pixel
     /// along each axis. Vulkan states it; on other APIs the first call draws 16 pixels to measure it, and waits for the device.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn subpixel_bits(&self) -> u32 {
+    #[doc(hidden)]
+    pub fn subpixel_bits(&self) -> u32 {
         *self.subpixel_bits.get_or_init(|| vertex_grid::subpixel_bits(&self.device, &self.queue))
     }
 
     /// Numbers of shaders and pipelines compiled so far.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn compilations(&self) -> Compilations {
+    #[doc(hidden)]
+    pub fn compilations(&self) -> Compilations {
         self.compiled().count
     }
 
     /// Numbers of shaders and pipelines in the cache.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn kept(&self) -> KeptCompiled {
+    #[doc(hidden)]
+    pub fn kept(&self) -> KeptCompiled {
         let compiled = self.compiled();
         let Compiled { shaders, kernels, rasters, .. } = &*compiled;
         KeptCompiled { shaders: shaders.len(), kernels: kernels.len(), rasters: rasters.len() }
@@ -171,8 +171,8 @@ impl Engine {
 
     /// Empties the cache, for use after an error: it may hold objects that the device rejected. Objects in use stay valid. Edited texts
     /// stay.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn forget(&self) {
+    #[doc(hidden)]
+    pub fn forget(&self) {
         let mut compiled = self.compiled();
         let (count, checks, edited) = (compiled.count, compiled.checks, std::mem::take(&mut compiled.edited));
         *compiled = Compiled { count, checks, edited, ..Compiled::default() };
@@ -180,8 +180,8 @@ impl Engine {
 
     /// Replaces files of a library by edited texts, and returns the previous edited texts. Shaders linked from now on use them; pipelines
     /// in use stay unchanged.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
+    #[doc(hidden)]
+    pub fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
         let mut compiled = self.compiled();
         let number = library.number();
         compiled.shaders.retain(|(libraries, _), _| !libraries.contains(&Some(number)));
@@ -193,8 +193,8 @@ impl Engine {
     /// # Safety
     ///
     /// Without a check, every shader must do what the check enforces ([`wgpu::Device::create_shader_module_trusted`]).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) unsafe fn set_runtime_checks(&self, checks: wgpu::ShaderRuntimeChecks) {
+    #[doc(hidden)]
+    pub unsafe fn set_runtime_checks(&self, checks: wgpu::ShaderRuntimeChecks) {
         self.compiled().checks = checks;
     }
 

@@ -58,14 +58,14 @@ impl std::ops::DerefMut for FramePool<'_> {
 
 impl<'a> Frame<'a> {
     /// An empty frame that creates its own resources.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
+    #[doc(hidden)]
+    pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
         Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), Commands::own(device))
     }
 
     /// An empty frame that reuses the resources of earlier frames of the pool. Earlier frames of the pool must not use them any more.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn pooled(
+    #[doc(hidden)]
+    pub fn pooled(
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
         profiler: &'a mut Profiler,
@@ -77,8 +77,8 @@ impl<'a> Frame<'a> {
     /// Like [`Self::pooled`], but records into the caller's encoder. The caller must submit it before the next frame of the pool begins,
     /// because host writes of a frame arrive with the next submission. Such a frame ends with [`Self::finish`], and the host cannot read
     /// back in the middle of it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn within(
+    #[doc(hidden)]
+    pub fn within(
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
         profiler: &'a mut Profiler,
@@ -90,8 +90,8 @@ impl<'a> Frame<'a> {
 
     /// Like [`Self::within`], but records into command buffers of its own, which it adds to `slices`: one for each dispatch or render pass.
     /// The caller submits them in order, in as many submissions as desired.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn sliced(
+    #[doc(hidden)]
+    pub fn sliced(
         device: &'a wgpu::Device,
         queue: &'a wgpu::Queue,
         profiler: &'a mut Profiler,
@@ -118,8 +118,8 @@ impl<'a> Frame<'a> {
     }
 
     /// The frame's unique number.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn number(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn number(&self) -> u64 {
         self.number
     }
 
@@ -130,8 +130,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Lets later requests of this frame return a buffer of [`Self::scratch`] again: no pass that is recorded from now on needs its content.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn release(&mut self, buffer: &wgpu::Buffer) {
+    #[doc(hidden)]
+    pub fn release(&mut self, buffer: &wgpu::Buffer) {
         self.pool.buffers.release(buffer);
     }
 
@@ -141,12 +141,8 @@ impl<'a> Frame<'a> {
     }
 
     /// A storage buffer that starts with this content when the commands run. It may be longer than the content.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn storage_of<T: bytemuck::NoUninit>(
-        &mut self,
-        label: &str,
-        content: &[T],
-    ) -> Result<wgpu::Buffer, GpuError> {
+    #[doc(hidden)]
+    pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.pool.buffer(Use::Uploaded, label, size_of_val(content) as u64)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
         Ok(buffer)
@@ -165,33 +161,33 @@ impl<'a> Frame<'a> {
     /// Lets later requests of this frame return a texture of [`Self::texture`] again: no pass that is recorded from now on needs its content.
     ///
     /// Panics if the texture is not of this frame's pool.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn release_texture(&mut self, view: &wgpu::TextureView) {
+    #[doc(hidden)]
+    pub fn release_texture(&mut self, view: &wgpu::TextureView) {
         self.pool.textures.release(view);
     }
 
     /// Counts memory of a new resource that the caller creates for this and later frames. Fails on a software adapter if the process may
     /// not allocate it, like every later request of the frame.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn take_memory(&mut self, label: &str, bytes: u64) -> Result<(), GpuError> {
+    #[doc(hidden)]
+    pub fn take_memory(&mut self, label: &str, bytes: u64) -> Result<(), GpuError> {
         self.pool.memory.take(label, bytes)
     }
 
     /// Fails if the process may not allocate the resources of this frame, which then must not be submitted.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_memory(&self) -> Result<(), GpuError> {
+    #[doc(hidden)]
+    pub fn check_memory(&self) -> Result<(), GpuError> {
         self.pool.memory.check()
     }
 
     /// Drops all cached bind groups and their references to resources, so that memory is free before a large allocation.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn forget_bind_groups(&mut self) {
+    #[doc(hidden)]
+    pub fn forget_bind_groups(&mut self) {
         self.pool.forget_bind_groups();
     }
 
     /// The command encoder, for copies and clears between passes.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+    #[doc(hidden)]
+    pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.pass = None;
         &mut self.encoder
     }
@@ -256,8 +252,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Adds a render pass; `draw` fills it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn render(
+    #[doc(hidden)]
+    pub fn render(
         &mut self,
         label: &str,
         colors: &[Option<wgpu::RenderPassColorAttachment<'_>>],
@@ -284,12 +280,8 @@ impl<'a> Frame<'a> {
     /// Submits the commands so far, waits for them, and reads the first `count` elements of a buffer.
     ///
     /// Passes before and after this call are timed as one frame. Fails in a frame whose commands the caller submits.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn read_now<T: bytemuck::Pod>(
-        &mut self,
-        buffer: &wgpu::Buffer,
-        count: usize,
-    ) -> Result<Vec<T>, GpuError> {
+    #[doc(hidden)]
+    pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         if let Commands::Callers(_) | Commands::Slices(_) = self.encoder {
             return Err(GpuError::Waits { what: "a buffer" });
         }
@@ -309,8 +301,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Submits the commands. Does not submit those that the caller submits (see [`Self::finish`]).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn submit(mut self) {
+    #[doc(hidden)]
+    pub fn submit(mut self) {
         self.close();
         let Self { device, queue, encoder, profiler, mut pool, number, .. } = self;
         if let Commands::Own(own) = encoder {
@@ -320,8 +312,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Ends a frame whose commands the caller submits, and returns its number, which the caller passes to [`submitted`] after submitting all.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn finish(mut self) -> u64 {
+    #[doc(hidden)]
+    pub fn finish(mut self) -> u64 {
         self.close();
         if let Commands::Slices(slices) = &mut self.encoder {
             // No command is recorded after the last one.

@@ -8,31 +8,13 @@
 //! - [`Frame`]: records the commands of a frame and times each pass. Its transient resources come from a [`Pool`].
 //! - [`primitives`]: prefix sums and sorting.
 
-#![cfg_attr(
-    not(feature = "unstable"),
-    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
-)]
-
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-/// Modules of one of two lists. The name is one in which rustfmt looks for modules.
-macro_rules! cfg_if {
-    (if #[cfg($condition:meta)] { $($then:item)* } else { $($otherwise:item)* }) => {
-        $(#[cfg($condition)] $then)*
-        $(#[cfg(not($condition))] $otherwise)*
-    };
-}
-
-// The modules are public for the project's other crates alone.
-cfg_if! {
-    if #[cfg(feature = "unstable")] {
-        pub mod primitives;
-    } else {
-        mod primitives;
-    }
-}
+// Public for the project's other crates alone: no part of the interface, without promises.
+#[doc(hidden)]
+pub mod primitives;
 
 // `gpu_struct!` expands to paths that name this crate, and this crate uses it too.
 extern crate self as lanternfish_gpu;
@@ -67,8 +49,8 @@ pub use frame::{Frame, PassCommands, PassTime};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
 pub use shader::{Feature, LinkedShader, ShaderSource};
 
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-use {
+#[doc(hidden)]
+pub use {
     buffer::{checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, texture_of},
     capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome},
     driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa},

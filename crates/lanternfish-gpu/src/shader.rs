@@ -83,8 +83,8 @@ impl Feature {
 
     /// A feature that enables the `@if` of this name and makes imports from `package::chosen::PURPOSE` refer to `module` (a path, e.g.
     /// `"tiled/cell"`). `package` is the static with the module, if that is not the shader's own package.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn choosing(
+    #[doc(hidden)]
+    pub const fn choosing(
         name: &'static str,
         purpose: &'static str,
         module: &'static str,
@@ -94,14 +94,14 @@ impl Feature {
     }
 
     /// True if it selects a module.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn is_choice(self) -> bool {
+    #[doc(hidden)]
+    pub const fn is_choice(self) -> bool {
         self.chosen.is_some()
     }
 
     /// The name of its `@if`.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn name(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn name(self) -> &'static str {
         self.name
     }
 }
@@ -247,14 +247,14 @@ impl LinkedShader {
     }
 
     /// True if it has an entry point of this name.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn has_entry(&self, entry: &str) -> bool {
+    #[doc(hidden)]
+    pub fn has_entry(&self, entry: &str) -> bool {
         self.module.entry_points.iter().any(|e| e.name == entry)
     }
 
     /// Locations that a vertex entry point reads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn vertex_locations(&self, entry: &str) -> Vec<u32> {
+    #[doc(hidden)]
+    pub fn vertex_locations(&self, entry: &str) -> Vec<u32> {
         let location = |binding: &Option<naga::Binding>| match binding {
             Some(naga::Binding::Location { location, .. }) => Some(*location),
             _ => None,

@@ -34,8 +34,8 @@ pub struct TooMuch {
 
 /// A budget from which allocations are reserved before they are made.
 #[derive(Debug)]
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-pub(crate) struct Budget {
+#[doc(hidden)]
+pub struct Budget {
     free: u64,
     limit: Option<u64>,
     taken: AtomicU64,

@@ -49,8 +49,8 @@ impl RelativeError {
 
     /// Sum of all channels of **all** pixels, lit or not, over the reference's: light that leaks into dark areas
     /// counts. NaN or infinite if the image has such a pixel.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn energy_ratio(&self) -> f64 {
+    #[doc(hidden)]
+    pub fn energy_ratio(&self) -> f64 {
         self.energy_ratio
     }
 }

@@ -5,11 +5,6 @@
 //! not finite. [`RelativeError`] measures the error against a ground truth where it is lit, [`fraction_differing`] compares
 //! two images that should be equal, and [`flip_ldr`] and [`flip_hdr`] measure the perceived difference.
 
-#![cfg_attr(
-    not(feature = "unstable"),
-    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
-)]
-
 mod compare;
 mod error;
 mod exr_file;
@@ -33,8 +28,8 @@ pub use image_errors::ImageErrors;
 pub use pair::Pair;
 pub use png_file::{ColorType, read_png, write_png};
 
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-use {
+#[doc(hidden)]
+pub use {
     compare::fraction_differing,
     exr_file::{
         exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_layers, write_exr_with_attributes,

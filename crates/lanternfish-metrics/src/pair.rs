@@ -96,20 +96,20 @@ impl Pair {
     }
 
     /// True for each pixel that is finite in both images; one value per pixel, rows from the top.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_compared(&self) -> &[bool] {
+    #[doc(hidden)]
+    pub fn is_compared(&self) -> &[bool] {
         &self.is_compared
     }
 
     /// Number of compared pixels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn compared_count(&self) -> usize {
+    #[doc(hidden)]
+    pub fn compared_count(&self) -> usize {
         self.compared_count
     }
 
     /// Counts of invalid pixels in the image and in the reference.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn faults(&self) -> [PixelFaults; 2] {
+    #[doc(hidden)]
+    pub fn faults(&self) -> [PixelFaults; 2] {
         self.faults
     }
 
@@ -120,8 +120,8 @@ impl Pair {
     }
 
     /// Display values of a pair of linear images: scaled by 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn shown(&self, exposure: f32) -> Self {
+    #[doc(hidden)]
+    pub fn shown(&self, exposure: f32) -> Self {
         let scale = exposure.exp2();
         let shown = |image: &RgbImage| RgbImage {
             pixels: image.pixels.iter().map(|pixel| pixel.map(|v| srgb_from_linear(v * scale))).collect(),
@@ -169,14 +169,14 @@ impl Pair {
     }
 
     /// The mean of a map of this pair over the compared pixels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn mean_of(&self, map: &FlipMap) -> f64 {
+    #[doc(hidden)]
+    pub fn mean_of(&self, map: &FlipMap) -> f64 {
         map.errors.iter().map(|e| f64::from(*e)).sum::<f64>() / self.compared_count as f64
     }
 
     /// The mean, the 95th percentile and the largest error of a map of this pair, over the compared pixels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn spread_of(&self, map: &FlipMap) -> Spread {
+    #[doc(hidden)]
+    pub fn spread_of(&self, map: &FlipMap) -> Spread {
         let errors = map.errors.iter().zip(&self.is_compared).filter(|(_, is_compared)| **is_compared);
         Spread::of(errors.map(|(error, _)| f64::from(*error)))
     }
@@ -185,8 +185,8 @@ impl Pair {
     ///
     /// Each variance is that of the *pixel's mean*: the variance of its samples over their number. An image without
     /// variances counts as exact. An error if both are missing, or if a size differs.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn z_test(
+    #[doc(hidden)]
+    pub fn z_test(
         &self,
         image_variance: Option<&RgbImage>,
         reference_variance: Option<&RgbImage>,

@@ -22,8 +22,8 @@ pub enum ColorType {
 
 impl ColorType {
     /// Bytes per pixel.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn bytes(self) -> usize {
+    #[doc(hidden)]
+    pub const fn bytes(self) -> usize {
         match self {
             Self::Rgb => 3,
             Self::Rgba => 4,

@@ -83,8 +83,8 @@ pub struct Noise {
 
 impl Film {
     /// Memory of a pixel, bytes.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const BYTES_PER_PIXEL: u64 = size_of::<Sums>() as u64;
+    #[doc(hidden)]
+    pub const BYTES_PER_PIXEL: u64 = size_of::<Sums>() as u64;
 
     /// A black film of `width` × `height` pixels without samples. Fails if either side is zero, or if the process may not allocate
     /// [`Self::BYTES_PER_PIXEL`] for each pixel.
@@ -115,8 +115,8 @@ impl Film {
 
     /// Restores a film after an interruption, from its [`Film::row_samples`], [`Film::mean`] and [`Film::variance`]. The sums equal the
     /// original ones up to rounding to 32 bits. Fails if a list does not have one entry per pixel.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn resume(
+    #[doc(hidden)]
+    pub fn resume(
         width: usize,
         row_samples: &[u64],
         mean: &[[f32; 3]],
@@ -145,15 +145,15 @@ impl Film {
     }
 
     /// A black film for the part of an image that starts at sample index `first` (from 0), for [`Film::add_next`].
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
+    #[doc(hidden)]
+    pub fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
         Ok(Self { first, ..Self::allocated(width, height)? })
     }
 
     /// Restores a part of an image bit for bit after an interruption, from its [`Film::row_samples`] and [`Film::exact_sums`]. Fails if
     /// `sums` does not have one entry per pixel.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn resume_part(
+    #[doc(hidden)]
+    pub fn resume_part(
         width: usize,
         row_samples: &[u64],
         first: u64,
@@ -170,8 +170,8 @@ impl Film {
 
     /// Adds the next part of the image. The sum of the parts equals an image traced at once, bit for bit. Fails, without a change, if sizes
     /// differ, if rows of either film differ in their number of samples, or if `next` does not begin where this film ends.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
+    #[doc(hidden)]
+    pub fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
         let end = self.first + self.samples();
         if self.size() != next.size() || !self.is_even() || !next.is_even() || next.first != end {
             let what = |film: &Self| {
@@ -188,8 +188,8 @@ impl Film {
 
     /// Sums of each pixel's samples, and of their squares, by channel, rows from the top, in the film's internal steps. For
     /// [`Film::resume_part`].
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
+    #[doc(hidden)]
+    pub fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
         self.pixels.iter().map(|sums| [sums.value, sums.square])
     }
 
@@ -204,14 +204,14 @@ impl Film {
     }
 
     /// Number of samples per pixel of each row. Rows differ if [`crate::Tracer::render_unless`] was stopped.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn row_samples(&self) -> &[u64] {
+    #[doc(hidden)]
+    pub fn row_samples(&self) -> &[u64] {
         &self.samples
     }
 
     /// True if all rows have the same number of samples.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_even(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_even(&self) -> bool {
         self.samples.iter().all(|samples| *samples == self.samples[0])
     }
 
@@ -221,8 +221,8 @@ impl Film {
     }
 
     /// Number of samples that were not finite and count as black. Anything but zero indicates a fault of the scene or of the tracer.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn dropped(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
@@ -232,8 +232,8 @@ impl Film {
     }
 
     /// Unbiased variance of each value of [`Film::mean`], estimated from its samples; infinite below two samples.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn variance(&self) -> Vec<[f32; 3]> {
+    #[doc(hidden)]
+    pub fn variance(&self) -> Vec<[f32; 3]> {
         self.sums().map(|(sums, samples)| sums.variance(samples).map(|v| v as f32)).collect()
     }
 

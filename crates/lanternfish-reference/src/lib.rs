@@ -5,29 +5,11 @@
 //!
 //! Coordinates and units are those of the scene: right-handed, +y up, metres, nits, linear Rec. 709.
 
-#![cfg_attr(
-    not(feature = "unstable"),
-    allow(dead_code, private_interfaces, unused_imports, reason = "the feature makes the rest public")
-)]
-
-/// Modules of one of two lists. The name is one in which rustfmt looks for modules.
-macro_rules! cfg_if {
-    (if #[cfg($condition:meta)] { $($then:item)* } else { $($otherwise:item)* }) => {
-        $(#[cfg($condition)] $then)*
-        $(#[cfg(not($condition))] $otherwise)*
-    };
-}
-
-// The modules are public for the project's other crates alone.
-cfg_if! {
-    if #[cfg(feature = "unstable")] {
-        pub mod brdf;
-        pub mod layers;
-    } else {
-        mod brdf;
-        mod layers;
-    }
-}
+// Public for the project's other crates alone: no part of the interface, without promises.
+#[doc(hidden)]
+pub mod brdf;
+#[doc(hidden)]
+pub mod layers;
 
 mod camera;
 mod error;
@@ -56,8 +38,8 @@ pub use self::{
     settings::Settings,
     tracer::Tracer,
 };
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-use self::{
+#[doc(hidden)]
+pub use self::{
     lights::{Incidence, incidence, incidence_from, point_of_area},
     probe::{LightAt, Probed, RayFrom},
     random::Random,

@@ -76,8 +76,8 @@ fn luminance(color: Vec3) -> f32 {
 impl Tracer<'_> {
     /// The nearest visible surface at (x, y), in pixels from the top left of an image of this size. Backs of single-sided surfaces and holes of
     /// alpha masks are skipped. A transparent surface counts if its alpha exceeds a fixed random number per triangle.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn probe(&self, camera: &Camera, [x, y]: [f64; 2], [width, height]: [usize; 2]) -> Option<Probed> {
+    #[doc(hidden)]
+    pub fn probe(&self, camera: &Camera, [x, y]: [f64; 2], [width, height]: [usize; 2]) -> Option<Probed> {
         let (origin, direction) = camera::ray(camera, x, y, width, height);
         let hit = self.world.closest(origin, direction, Faces::FrontsOnly, 0)?;
         let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
@@ -96,8 +96,8 @@ impl Tracer<'_> {
     /// The `most` lights of the scene with the highest unshadowed irradiance at a point, in descending order, and the number of all lights
     /// with unshadowed irradiance. Shadow rays are traced for the returned lights only. A light with a radius counts as a point; an area light
     /// gets 16 shadow rays.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn lights_at(&self, place: &Probed, most: usize) -> (Vec<LightAt>, usize) {
+    #[doc(hidden)]
+    pub fn lights_at(&self, place: &Probed, most: usize) -> (Vec<LightAt>, usize) {
         let lights = self.world.scene.lights.iter().enumerate();
         let mut reaching: Vec<_> = lights
             .filter_map(|(light, _)| {
@@ -123,8 +123,8 @@ impl Tracer<'_> {
 
     /// Cosine-distributed rays around a point's normal, as for indirect light. Directions come from a fixed low-discrepancy sequence. Rays into
     /// the surface are omitted, so there may be fewer than `count`.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn rays_from(&self, place: &Probed, count: u32) -> Vec<RayFrom> {
+    #[doc(hidden)]
+    pub fn rays_from(&self, place: &Probed, count: u32) -> Vec<RayFrom> {
         let start = offset(place.p.into(), place.geometric_normal.into());
         let directions = (0..count).map(|i| {
             let [u, v] = SEQUENCE.map(|step| (0.5 + f64::from(i) * step).fract());

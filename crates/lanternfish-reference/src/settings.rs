@@ -57,8 +57,8 @@ impl Default for Settings {
 
 impl Settings {
     /// The attenuation with its parameters.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn falloff(&self) -> Falloff {
+    #[doc(hidden)]
+    pub fn falloff(&self) -> Falloff {
         Falloff {
             attenuation: self.attenuation,
             near_radius: self.attenuation_near_radius,

@@ -33,8 +33,8 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     /// Returns an error if the process may not allocate what tracing a valid scene needs, as [`Self::new`] does. Takes time linear in
     /// primitives and instances.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_memory(scene: &Scene) -> Result<(), ReferenceError> {
+    #[doc(hidden)]
+    pub fn check_memory(scene: &Scene) -> Result<(), ReferenceError> {
         let placed = scene.triangle_counts().1 as u64;
         let needed = placed.saturating_mul(World::BYTES_PER_TRIANGLE);
         Ok(Budget::of_process().check(needed, || format!("{placed} placed triangles need"))?)
@@ -151,8 +151,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// Coverage of an image: 1 for pixels with a surface at their centre, 0 for the environment. Rows from the top.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
+    #[doc(hidden)]
+    pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
         let covered = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let (origin, direction) = camera::ray(camera, x, y, width, height);
@@ -163,8 +163,8 @@ impl<'a> Tracer<'a> {
 
     /// Distance to the nearest surface along a ray (`direction` of unit length), m. Holes of alpha masks are skipped; transparent surfaces
     /// count if their alpha exceeds a fixed random number per triangle. `None` if there is no surface.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
+    #[doc(hidden)]
+    pub fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
         self.world.closest(origin, direction, Faces::All, 0).map(|hit| hit.distance)
     }
 

@@ -55,8 +55,8 @@ pub enum Projection {
 impl Projection {
     /// Slopes of the sides (left, right, bottom, top) of an image of aspect ratio `aspect`, width / height; `None` for
     /// orthographic projections.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
+    #[doc(hidden)]
+    pub fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
         match *self {
             Self::Perspective { fov_y, .. } => {
                 let slope = (0.5 * fov_y).tan();
@@ -100,8 +100,8 @@ impl Projection {
     }
 
     /// Distance of the near plane, m.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn near(&self) -> f32 {
+    #[doc(hidden)]
+    pub fn near(&self) -> f32 {
         match *self {
             Self::Perspective { near, .. } | Self::Frustum { near, .. } | Self::Orthographic { near, .. } => near,
         }
@@ -128,8 +128,8 @@ impl Camera {
     }
 
     /// Checks that the camera is valid. The error names the invalid field and the remedy.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn validate(&self) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
         if eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST {
             let farthest = Scene::FARTHEST;

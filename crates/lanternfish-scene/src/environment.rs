@@ -36,8 +36,8 @@ pub struct Environment {
 
 impl Environment {
     /// Largest width and height that [`Environment::load`] reads, pixels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const MAX_SIDE: usize = 16_384;
+    #[doc(hidden)]
+    pub const MAX_SIDE: usize = 16_384;
 
     /// Reads a Radiance file (`.hdr`: RGBE, with or without run-length encoding) or an OpenEXR file (`.exr`: the first layer
     /// with R, G and B channels, as half, float or integer).
@@ -55,8 +55,8 @@ impl Environment {
 
     /// Radiance that arrives from `direction`, nits. `direction` has unit length, is in world space and points away from
     /// the viewer. The four nearest pixels are interpolated bilinearly (see [`Environment`]).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
+    #[doc(hidden)]
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let (u, v) = self.uv(direction);
         let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
         let (left, top) = (x.floor(), y.floor());
@@ -71,8 +71,8 @@ impl Environment {
     }
 
     /// Image coordinates of `direction` (unit length, world space): `u` in 0..1 and `v` in 0..=1.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn uv(&self, direction: Vec3) -> (f32, f32) {
+    #[doc(hidden)]
+    pub fn uv(&self, direction: Vec3) -> (f32, f32) {
         let u = 0.5 + (direction.x.atan2(-direction.z) + self.rotation) / TAU;
         // acos(y), without its loss of precision near the poles.
         let v = direction.x.hypot(direction.z).atan2(direction.y) / PI;
@@ -81,8 +81,8 @@ impl Environment {
     }
 
     /// The direction at image coordinates (u, v): unit length, world space. The inverse of [`Environment::uv`].
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn direction(&self, u: f32, v: f32) -> Vec3 {
+    #[doc(hidden)]
+    pub fn direction(&self, u: f32, v: f32) -> Vec3 {
         let (sin_azimuth, cos_azimuth) = (TAU * (u - 0.5) - self.rotation).sin_cos();
         let (sin_polar, cos_polar) = (PI * v).sin_cos();
         Vec3::new(sin_azimuth * sin_polar, cos_polar, -cos_azimuth * sin_polar)

@@ -31,8 +31,8 @@ named_enum! {
 
 impl Viewpoint {
     /// Direction from the scene towards the eye, world space, unit length.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn towards_eye(self) -> Vec3 {
+    #[doc(hidden)]
+    pub fn towards_eye(self) -> Vec3 {
         match self {
             Self::Front => Vec3::Z,
             Self::Back => Vec3::NEG_Z,
@@ -48,8 +48,8 @@ impl Camera {
     /// A perspective camera that frames `bounds` from the front, slightly from the right and above. The corners fill 80 % of
     /// the image's tighter dimension. `aspect` is width / height, `fov_y` is in radians. An empty box counts as a cube of
     /// 2 m around the origin.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
+    #[doc(hidden)]
+    pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
         let bounds = if bounds.is_empty() { &cube } else { bounds };
         let mut frame = Frame::new(bounds.center(), THREE_QUARTER, fov_y, aspect);

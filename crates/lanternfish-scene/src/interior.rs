@@ -44,8 +44,8 @@ impl Camera {
     }
 
     /// True if hardly any light from outside can reach the camera's position: more than 98 % of the rays from it hit a surface.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_enclosed(&self, scene: &Scene) -> bool {
+    #[doc(hidden)]
+    pub fn is_enclosed(&self, scene: &Scene) -> bool {
         let hits = look(scene, self.eye(), &Face::cube(), INSIDE_CELLS);
         hits.iter().filter(|hit| hit.is_none()).count() * 50 < hits.len()
     }

@@ -85,8 +85,8 @@ impl Light {
     }
 
     /// Emitting area of a disk or rectangle, m²; `None` for lights without an area.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn area(&self) -> Option<f32> {
+    #[doc(hidden)]
+    pub fn area(&self) -> Option<f32> {
         match self.kind {
             LightKind::Disk { radius } => Some(PI * radius * radius),
             LightKind::Rectangle { half_width, half_height, .. } => Some(4.0 * half_width * half_height),
@@ -96,15 +96,15 @@ impl Light {
 
     /// Maximum far-field intensity over all directions, cd; for disks and rectangles, radiance times area. For directional lights,
     /// the illuminance, lx.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn greatest_intensity(&self) -> Vec3 {
+    #[doc(hidden)]
+    pub fn greatest_intensity(&self) -> Vec3 {
         self.intensity * self.area().unwrap_or(1.0)
     }
 
     /// Half the size of the light's world-space bounding box, m, which is centred on the position. Zero for lights without an
     /// area.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn half_extent(&self) -> Vec3 {
+    #[doc(hidden)]
+    pub fn half_extent(&self) -> Vec3 {
         match self.kind {
             // The extent along an axis is the radius times the sine of the angle between axis and normal.
             LightKind::Disk { radius } => {

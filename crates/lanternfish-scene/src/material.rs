@@ -101,14 +101,14 @@ pub struct Material {
 
 impl Material {
     /// True if surfaces behind it are visible through it. It is then drawn after all opaque surfaces, from far to near.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_transparent(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_transparent(&self) -> bool {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 
     /// True if it transmits light without scattering or refracting it: thin-walled, and so smooth that no blur is visible.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_thin_dielectric(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_thin_dielectric(&self) -> bool {
         const MOST_ROUGHNESS: f32 = 0.03;
         self.transmission > 0.0
             && self.metallic < 1.0
@@ -117,8 +117,8 @@ impl Material {
     }
 
     /// Index of refraction for red, green and blue light, at least 1.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn channel_iors(&self) -> [f32; 3] {
+    #[doc(hidden)]
+    pub fn channel_iors(&self) -> [f32; 3] {
         let excess = (self.ior - 1.0).max(0.0);
         let half_spread = (0.025 * self.dispersion).min(1.0) * excess;
         [self.ior - half_spread, self.ior, self.ior + half_spread].map(|ior| ior.max(1.0))
@@ -126,28 +126,28 @@ impl Material {
 
     /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may shade it by other
     /// code.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_layered(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_layered(&self) -> bool {
         let has_lobe = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO;
         !self.unlit && (has_lobe || self.anisotropy > 0.0 || self.iridescence > 0.0)
     }
 
     /// True if it scatters light from behind towards the viewer. Transparent surfaces do not.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn scatters_from_behind(&self) -> bool {
+    #[doc(hidden)]
+    pub fn scatters_from_behind(&self) -> bool {
         self.diffuse_transmission > 0.0 && self.metallic < 1.0 && !self.unlit && !self.is_transparent()
     }
 
     /// True if it has a clear coat.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_coated(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_coated(&self) -> bool {
         self.clearcoat > 0.0 && !self.unlit
     }
 
     /// Set of texture coordinates along which its tangents run; `None`: it has no normal map and no grain. All normal maps and the
     /// grain share the same tangents.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn tangent_uv_set(&self) -> Option<u32> {
+    #[doc(hidden)]
+    pub fn tangent_uv_set(&self) -> Option<u32> {
         let of_map = self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set);
         of_map.or((self.anisotropy > 0.0).then_some(0))
     }

@@ -39,8 +39,8 @@ pub struct Primitive {
 
 impl Primitive {
     /// Object-space bounding box of the positions.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bounds(&self) -> Bounds {
+    #[doc(hidden)]
+    pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
         for p in &self.positions {
             bounds.add_point(*p);
@@ -69,8 +69,8 @@ impl Bounds {
     }
 
     /// Grows to contain `other`.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn add_bounds(&mut self, other: &Self) {
+    #[doc(hidden)]
+    pub fn add_bounds(&mut self, other: &Self) {
         self.min = self.min.min(other.min);
         self.max = self.max.max(other.max);
     }
@@ -91,8 +91,8 @@ impl Bounds {
     }
 
     /// The eight corners.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn corners(&self) -> [Vec3; 8] {
+    #[doc(hidden)]
+    pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|corner| {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
             Vec3::new(pick(0), pick(1), pick(2))
@@ -100,8 +100,8 @@ impl Bounds {
     }
 
     /// The box of the eight transformed corners.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn transformed(&self, b_from_a: &Affine3A) -> Self {
+    #[doc(hidden)]
+    pub fn transformed(&self, b_from_a: &Affine3A) -> Self {
         let mut bounds = Self::EMPTY;
         if !self.is_empty() {
             self.corners().into_iter().for_each(|corner| bounds.add_point(b_from_a.transform_point3(corner)));

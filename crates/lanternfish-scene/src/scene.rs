@@ -50,8 +50,8 @@ pub struct Instance {
 impl Scene {
     /// Background radiance from `direction` (unit length, world space), nits: of the environment, or of the sky if there is
     /// none.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn background(&self, direction: Vec3) -> Vec3 {
+    #[doc(hidden)]
+    pub fn background(&self, direction: Vec3) -> Vec3 {
         self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
     }
 
@@ -85,8 +85,8 @@ impl Scene {
     }
 
     /// Number of triangles stored, and number of triangles in the world, where each instance counts.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn triangle_counts(&self) -> (usize, usize) {
+    #[doc(hidden)]
+    pub fn triangle_counts(&self) -> (usize, usize) {
         let count = |mesh: &Mesh| mesh.primitives.iter().map(|p| p.indices.len() / 3).sum::<usize>();
         let counts: Vec<usize> = self.meshes.iter().map(count).collect();
         let placed = self.instances.iter().map(|i| counts[i.mesh]).sum();

@@ -88,8 +88,8 @@ impl Setting for Coefficients {
 
 impl Coefficients {
     /// True if they are at least 0 and finite, and not all 0.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_valid(&self) -> bool {
+    #[doc(hidden)]
+    pub fn is_valid(&self) -> bool {
         self.0.iter().all(|c| *c >= 0.0 && c.is_finite()) && self.0.iter().any(|c| *c > 0.0)
     }
 }
@@ -153,8 +153,8 @@ impl Light {
     /// The light's range, m: the stated range, or else the distance at which the inverse square of the brightest channel falls to
     /// `threshold`, cd/m², > 0 [Elagabani2025, eq. 4.1]; for a disk or rectangle along its axis. [`UNBOUNDED`] for directional lights and
     /// under `physical` attenuation.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
+    #[doc(hidden)]
+    pub fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
         if self.kind == LightKind::Directional {
             return UNBOUNDED;
         }

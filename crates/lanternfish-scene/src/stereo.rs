@@ -90,8 +90,8 @@ impl Eyes {
     }
 
     /// The aspect ratio, width / height, at which pixels are square. `None`: any.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn aspect(self) -> Option<f32> {
+    #[doc(hidden)]
+    pub fn aspect(self) -> Option<f32> {
         let of = |[left, right, bottom, top]: [f32; 4]| (right - left) / (top - bottom);
         match self {
             Self::Vive => Some(of(StereoRig::vive().eyes[0].slopes)),

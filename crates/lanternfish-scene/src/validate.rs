@@ -10,13 +10,13 @@ pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 impl Scene {
     /// Maximum distance of surfaces, lights and cameras from the origin, along each axis, m. Products of three such lengths,
     /// such as volumes, are finite floats.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const FARTHEST: f32 = 1e12;
+    #[doc(hidden)]
+    pub const FARTHEST: f32 = 1e12;
 
     /// Checks that everything is within [`Scene::FARTHEST`]; the error names the first object that is not. Indices must be in range. Takes
     /// time linear in the vertices.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_reach(&self) -> Result<(), SceneFault> {
+    #[doc(hidden)]
+    pub fn check_reach(&self) -> Result<(), SceneFault> {
         let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
         let fault = |p: glam::Vec3| {
             format!("{:e} m from the origin, farther than {:e} m", p.abs().max_element(), Self::FARTHEST)
@@ -114,8 +114,8 @@ impl Scene {
 
 impl Light {
     /// Checks that the light is as the type documents; the error is the first fault.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn validate(&self) -> Result<(), &'static str> {
+    #[doc(hidden)]
+    pub fn validate(&self) -> Result<(), &'static str> {
         if !self.position.is_finite() {
             return Err("its position is not finite");
         }
@@ -159,8 +159,8 @@ fn area_fault(light: &Light) -> Option<&'static str> {
 impl Primitive {
     /// Number of triangles that face away from the mean of their vertex normals: clockwise instead of counter-clockwise.
     /// Zero for generated scenes; imported files may have some.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn winding_faults(&self) -> usize {
+    #[doc(hidden)]
+    pub fn winding_faults(&self) -> usize {
         let is_flipped = |t: &&[u32]| {
             let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
             let p = &self.positions;
@@ -214,8 +214,8 @@ impl Primitive {
 
 impl Material {
     /// Checks that the material is as the type documents, in a scene with `texture_count` textures; the error is the first fault.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn validate(&self, texture_count: usize) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn validate(&self, texture_count: usize) -> Result<(), String> {
         let textures = [
             self.base_color_texture,
             self.metallic_roughness_texture,

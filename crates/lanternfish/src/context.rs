@@ -70,8 +70,8 @@ pub struct ViewContext<'a> {
 
 impl<'a> ViewContext<'a> {
     /// The context with this single-sampled surface in place of the view's.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn showing(&self, surface: &Surface) -> ViewContext<'a> {
+    #[doc(hidden)]
+    pub fn showing(&self, surface: &Surface) -> ViewContext<'a> {
         ViewContext {
             scene: self.scene,
             key: self.key,

@@ -55,66 +55,53 @@
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
 //! unless the radiance cache is full (`Sampled::cache_entries`).
 
-#![cfg_attr(
-    not(feature = "unstable"),
-    allow(dead_code, private_bounds, private_interfaces, unused_imports, reason = "the feature makes the rest public")
-)]
-
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-#[macro_use]
-mod cfg_if;
-
-// The modules are public for the project's other crates alone.
-cfg_if! {
-    if #[cfg(feature = "unstable")] {
-        pub mod antialiasing;
-        pub mod common;
-        pub mod debug_views;
-        pub mod denoise;
-        pub mod direct_light;
-        pub mod environment_light;
-        pub mod gpu_scene;
-        pub mod indirect;
-        pub mod light_culling;
-        pub mod lights;
-        pub mod occlusion;
-        pub mod output;
-        pub mod prepass;
-        pub mod progressive;
-        pub mod rays;
-        pub mod shaders;
-        pub mod shading;
-        pub mod shadows;
-        pub mod sky;
-        pub mod texture;
-        pub mod view;
-    } else {
-        mod antialiasing;
-        mod common;
-        mod debug_views;
-        mod denoise;
-        mod direct_light;
-        mod environment_light;
-        mod gpu_scene;
-        mod indirect;
-        mod light_culling;
-        mod lights;
-        mod occlusion;
-        mod output;
-        mod prepass;
-        mod progressive;
-        mod rays;
-        mod shaders;
-        mod shading;
-        mod shadows;
-        mod sky;
-        mod texture;
-        mod view;
-    }
-}
+// Public for the project's other crates alone: no part of the interface, without promises.
+#[doc(hidden)]
+pub mod antialiasing;
+#[doc(hidden)]
+pub mod common;
+#[doc(hidden)]
+pub mod debug_views;
+#[doc(hidden)]
+pub mod denoise;
+#[doc(hidden)]
+pub mod direct_light;
+#[doc(hidden)]
+pub mod environment_light;
+#[doc(hidden)]
+pub mod gpu_scene;
+#[doc(hidden)]
+pub mod indirect;
+#[doc(hidden)]
+pub mod light_culling;
+#[doc(hidden)]
+pub mod lights;
+#[doc(hidden)]
+pub mod occlusion;
+#[doc(hidden)]
+pub mod output;
+#[doc(hidden)]
+pub mod prepass;
+#[doc(hidden)]
+pub mod progressive;
+#[doc(hidden)]
+pub mod rays;
+#[doc(hidden)]
+pub mod shaders;
+#[doc(hidden)]
+pub mod shading;
+#[doc(hidden)]
+pub mod shadows;
+#[doc(hidden)]
+pub mod sky;
+#[doc(hidden)]
+pub mod texture;
+#[doc(hidden)]
+pub mod view;
 
 mod context;
 mod error;
@@ -134,8 +121,8 @@ pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
 pub use renderer::{Change, FrameId, FrameMemory, FrameReport, PendingFrame, RenderedImage, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-use resolution_scaling::ResolutionScaling;
+#[doc(hidden)]
+pub use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;
 
 // What a technique of indirect light is made of.

@@ -95,8 +95,8 @@ pub struct RenderedImage {
 
 impl RenderedImage {
     /// Memory of a pixel while an image is read back, bytes: its radiance, as halves before, and its display colour.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
+    #[doc(hidden)]
+    pub const BYTES_PER_PIXEL: u64 = 16 + 8 + 4;
 }
 
 impl Renderer {
@@ -161,8 +161,8 @@ impl Renderer {
 
     /// Calls `watcher` before each pass of a blocking frame ([`Self::render`] and similar functions), for progress bars.
     /// The host then waits for every pass, which costs time on a graphics card. Images do not change.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
+    #[doc(hidden)]
+    pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
     }
 

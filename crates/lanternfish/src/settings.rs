@@ -152,14 +152,14 @@ impl Shadows {
     pub const RAY_QUERY: Self = Self::Traced(Tracer::RAY_QUERY);
 
     /// All values, in the order of help.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn all() -> Vec<Self> {
+    #[doc(hidden)]
+    pub fn all() -> Vec<Self> {
         [Self::Auto, Self::None].into_iter().chain(Tracer::all().into_iter().map(Self::Traced)).collect()
     }
 
     /// The name that [`FromStr`](std::str::FromStr) parses.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn name(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::None => "none",
@@ -168,8 +168,8 @@ impl Shadows {
     }
 
     /// One line of help.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn words(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn words(self) -> &'static str {
         match self {
             Self::Auto => "The faster exact tracer of this adapter",
             Self::None => "No shadows",

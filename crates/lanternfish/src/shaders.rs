@@ -90,14 +90,14 @@ impl Root {
     }
 
     /// A file with the feature sets that a function returns.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
+    #[doc(hidden)]
+    pub const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
         Self { module, variants: Variants::Computed(variants) }
     }
 
     /// A file whose folder computes its feature set from the settings.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn by_settings(module: &'static str) -> Self {
+    #[doc(hidden)]
+    pub const fn by_settings(module: &'static str) -> Self {
         Self { module, variants: Variants::BySettings }
     }
 
@@ -122,14 +122,14 @@ impl Package {
     }
 
     /// The shader files.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn sources(&self) -> &'static [ShaderSource] {
+    #[doc(hidden)]
+    pub const fn sources(&self) -> &'static [ShaderSource] {
         self.0.sources()
     }
 
     /// The linker's library of all files of the package.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn library(&self) -> &ShaderLibrary {
+    #[doc(hidden)]
+    pub const fn library(&self) -> &ShaderLibrary {
         &self.0
     }
 }

@@ -62,8 +62,8 @@ pub struct ParameterInfo {
 
 impl ParameterInfo {
     /// A parameter without a default in help, in long help and in panels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
+    #[doc(hidden)]
+    pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
         Self { name, value, range, help, shows_default: false, is_everyday: false, has_panel: true }
     }
 }
@@ -81,8 +81,8 @@ impl<T> Parameter<T> {
     }
 
     /// Sets the parameter from text, or returns the expected values.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
         self.info.range.check(text)?;
         (self.of)(of).read(text)
     }
@@ -93,14 +93,14 @@ impl<T> Parameter<T> {
     }
 
     /// The parameter in short help too.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn everyday(self) -> Self {
+    #[doc(hidden)]
+    pub const fn everyday(self) -> Self {
         Self { info: ParameterInfo { is_everyday: true, ..self.info }, of: self.of }
     }
 
     /// The parameter without a row in panels.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn without_panel(self) -> Self {
+    #[doc(hidden)]
+    pub const fn without_panel(self) -> Self {
         Self { info: ParameterInfo { has_panel: false, ..self.info }, of: self.of }
     }
 }
@@ -126,8 +126,8 @@ pub enum Range {
 
 impl Range {
     /// An error with the expected values if a number is not one of them.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check(self, text: &str) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check(self, text: &str) -> Result<(), String> {
         let text = text.trim();
         match self {
             Self::Count(least, most) if !text.parse().is_ok_and(|number| (least..=most).contains(&number)) => {
@@ -154,7 +154,7 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// [`Technique::SUMMARY`].
     fn summary(&self) -> &'static str;
     /// [`Technique::SHADERS`].
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn shaders(&self) -> Shaders;
     /// The parameters, each with the names and meanings of its type, if it has names.
     fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)>;
@@ -163,13 +163,13 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// Sets a parameter from text, or returns the expected values. Does nothing if the technique has no such parameter.
     fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
     /// True if the other is the same technique with the same parameters.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn is_same(&self, other: &dyn Any) -> bool;
     /// Access for downcasts.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn as_any(&self) -> &dyn Any;
     /// Mutable access for downcasts.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
@@ -215,8 +215,8 @@ impl<T: Technique> AnyTechnique for T {
 }
 
 /// A kind of technique: implemented for `dyn` of its trait.
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-pub(crate) trait Kind: AnyTechnique {
+#[doc(hidden)]
+pub trait Kind: AnyTechnique {
     /// The flag.
     const FLAG: &'static str;
     /// The purpose of the flag: a summary, then paragraphs for long help.
@@ -236,8 +236,8 @@ pub(crate) trait Kind: AnyTechnique {
 }
 
 /// The registered techniques of a kind.
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-pub(crate) struct Registry<K: ?Sized> {
+#[doc(hidden)]
+pub struct Registry<K: ?Sized> {
     own: fn() -> Vec<Choice<K>>,
     added: RwLock<Vec<Choice<K>>>,
 }
@@ -306,8 +306,8 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
 
 impl<K: Kind + ?Sized> Choice<K> {
     /// [`Kind::FLAG`].
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const FLAG: &'static str = K::FLAG;
+    #[doc(hidden)]
+    pub const FLAG: &'static str = K::FLAG;
 
     /// The name of the technique, or the kind's name for none.
     pub fn name(&self) -> &'static str {

@@ -64,8 +64,8 @@ impl Kind for dyn DirectTechnique {
 
 impl Direct {
     /// A fixed number of shadow rays a pixel, for any number of lights.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn sampled() -> Self {
+    #[doc(hidden)]
+    pub fn sampled() -> Self {
         SampledLights::default().into()
     }
 }
@@ -92,8 +92,8 @@ impl Kind for dyn IndirectTechnique {
 
 impl Indirect {
     /// The technique of a quality.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn preset(quality: Quality) -> Self {
+    #[doc(hidden)]
+    pub fn preset(quality: Quality) -> Self {
         match quality {
             Quality::Draft => Probes::of(quality).into(),
             Quality::Good | Quality::Best => quality.sampled().into(),

@@ -1,6 +1,6 @@
 //! A technique of indirect light that is no part of the library: hemisphere lighting.
 //!
-//! It uses public items of `lanternfish` alone. A program makes it known in one line, [`register`]; from then on `--indirect hemisphere`
+//! It uses the interface of `lanternfish` alone. A program makes it known in one line, [`register`]; from then on `--indirect hemisphere`
 //! with its two parameters is in help, in the window's panel, in shots and in `doctor`. A program that fills in
 //! [`Settings::indirect`](lanternfish::Settings::indirect) itself need not register it.
 

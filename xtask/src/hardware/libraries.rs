@@ -1,15 +1,12 @@
 //! Libraries that a bare machine may lack: the Vulkan loader, X libraries that NVIDIA's driver links to, and the compiler's
 //! runtime.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{path::Path, process::Command};
 
 use crate::{
     apt,
     command::{find_program, run},
+    files,
 };
 
 /// Packages of Debian and Ubuntu.
@@ -25,14 +22,14 @@ pub fn gather(scratch: &Path, lib: &Path) -> Result<(), String> {
     let download = ["--quiet", "--quiet", "--option=APT::Sandbox::User=root", "download"];
     run(Command::new("apt-get").args(download).args(PACKAGES).current_dir(scratch))?;
     let root = scratch.join("root");
-    for package in files_below(scratch)? {
+    for package in files::below(scratch)? {
         run(Command::new("dpkg").arg("-x").args([&package, &root]))?;
     }
-    for file in files_below(&root)? {
+    for file in files::below(&root)? {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         if is_linked_by_name(&name) {
             // The name may be a link to a file with more version numbers: copy the content.
-            fs::copy(&file, lib.join(&*name)).map_err(|error| format!("{}: {error}", file.display()))?;
+            files::copy(&file, &lib.join(&*name))?;
         }
     }
     Ok(())
@@ -42,23 +39,6 @@ pub fn gather(scratch: &Path, lib: &Path) -> Result<(), String> {
 fn is_linked_by_name(file: &str) -> bool {
     let version = file.strip_prefix("lib").and_then(|rest| rest.split_once(".so.")).map(|(_, version)| version);
     version.is_some_and(|version| !version.is_empty() && version.bytes().all(|byte| byte.is_ascii_digit()))
-}
-
-/// All files below a folder, sorted; links to files count as files.
-pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let error = |error| format!("{}: {error}", folder.display());
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(error)? {
-        let path = entry.map_err(error)?.path();
-        // Packages link between folders: enter real folders only.
-        if path.is_dir() && !path.is_symlink() {
-            files.extend(files_below(&path)?);
-        } else if path.is_file() {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 #[cfg(test)]

@@ -11,20 +11,15 @@ fn a_kit_that_is_too_large_is_an_error_with_its_sizes() {
 }
 
 #[test]
-fn the_shot_has_the_path_of_its_scene_in_the_kit() {
-    let (shot, start, start_in_kit) = SHOT;
-    let text = fs::read_to_string(workspace().join("docs").join(shot)).expect("the shot is there");
-    let scene = format!("scene = {start_in_kit}{}\"", SCENES[0]);
-    assert!(text.replace(start, start_in_kit).lines().any(|line| line == scene), "{text}");
-}
-
-#[test]
-fn the_track_is_there_without_its_technique() {
-    let folder = env::temp_dir().join(format!("lanternfish-track-{}", std::process::id()));
-    let copied = copy_track(&folder).map(|()| fs::read_to_string(folder.join(TRACK.0)));
+fn shot_and_track_are_changed_for_the_kit() {
+    let folder = env::temp_dir().join(format!("lanternfish-pages-{}", std::process::id()));
+    let copied = [SHOT, TRACK].map(|page| copy_page(&page, &folder).and_then(|()| files::read(&folder.join(page.0))));
+    let wrong = copy_page(&(SHOT.0, &[("no such text", "")]), &folder);
     let _ = fs::remove_dir_all(&folder);
-    let text = copied.expect("the track has both lines").expect("it is written");
-    assert!(text.contains("[[track.keyframes]]") && TRACK.1.iter().all(|line| !text.contains(line)), "{text}");
+    let [shot, track] = copied.map(|text| text.expect("every change applies once"));
+    assert!(shot.lines().any(|line| line == format!("scene = \"../{}\"", SCENES[0])), "{shot}");
+    assert!(track.contains("[[track.keyframes]]") && TRACK.1.iter().all(|(line, _)| !track.contains(line)), "{track}");
+    assert!(wrong.is_err_and(|error| error.contains("no such text")));
 }
 
 /// Tests the scripts with fake programs.
@@ -186,32 +181,20 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
     }
 
     #[test]
-    fn the_papers_are_one_report() {
-        let kit = Kit::new("papers", SOFTWARE, "true");
-        let output = kit.run(&["papers", "--allow-software"], &[]);
-        let said = text(&output.stdout);
-        assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
-        assert!(
-            said.contains("up to 3540 s") && said.contains("papers, up to "),
-            "the report has its own time: {said}"
-        );
-        let mut tar = Command::new("tar");
-        tar.arg("-xOzf").arg(kit.0.join("out/papers.tar.gz")).arg("papers/papers.txt");
-        let said = text(&tar.output().expect("tar is there").stdout);
-        assert!(said.starts_with("papers --quick --docs ") && said.contains(" --adapter cpu -o "), "{said}");
-    }
-
-    #[test]
-    fn direct_light_is_one_report() {
-        let kit = Kit::new("direct", SOFTWARE, "true");
-        let output = kit.run(&["direct", "--allow-software"], &[]);
-        let said = text(&output.stdout);
-        assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
-        assert!(said.contains("up to 940 s"), "the report has its own time: {said}");
-        let mut tar = Command::new("tar");
-        tar.arg("-xOzf").arg(kit.0.join("out/direct.tar.gz")).arg("direct/direct.txt");
-        let said = text(&tar.output().expect("tar is there").stdout);
-        assert!(said.starts_with("direct demo:atrium ") && said.contains(" --adapter cpu -o "), "{said}");
+    fn papers_and_direct_light_are_one_report_each() {
+        for (part, seconds, words) in
+            [("papers", 3540, "papers --quick --docs "), ("direct", 940, "direct demo:atrium ")]
+        {
+            let kit = Kit::new(part, SOFTWARE, "true");
+            let output = kit.run(&[part, "--allow-software"], &[]);
+            let said = text(&output.stdout);
+            assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
+            assert!(said.contains(&format!("up to {seconds} s")), "the report has its own time: {said}");
+            let mut tar = Command::new("tar");
+            tar.arg("-xOzf").arg(kit.0.join(format!("out/{part}.tar.gz"))).arg(format!("{part}/{part}.txt"));
+            let said = text(&tar.output().expect("tar is there").stdout);
+            assert!(said.starts_with(words) && said.contains(" --adapter cpu -o "), "{said}");
+        }
     }
 
     #[test]

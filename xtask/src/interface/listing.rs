@@ -7,6 +7,9 @@ use serde_json::Value;
 /// The format of rustdoc's JSON that is read: that of the compiler in `Cargo.toml`.
 pub const FORMAT: u64 = 57;
 
+/// What it has for an item that the documentation does not show.
+pub const HIDDEN: &str = "#[doc(hidden)]";
+
 /// The public items of a crate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Listing {
@@ -56,6 +59,9 @@ impl Reader<'_> {
     fn read_module(&mut self, path: &str, id: &str) {
         for child in ids(&self.index[id]["inner"]["module"]["items"]) {
             let item = &self.index[&child];
+            if is_hidden(item) {
+                continue;
+            }
             let used = &item["inner"]["use"];
             if used.is_null() {
                 self.read_item(&join(path, &item["name"]), &child);
@@ -78,7 +84,7 @@ impl Reader<'_> {
     fn read_item(&mut self, path: &str, id: &str) {
         let inner = self.index[id]["inner"].as_object();
         let Some((kind, inner)) = inner.and_then(|inner| inner.iter().next()) else { return };
-        if !self.visited.insert(id.to_owned()) {
+        if is_hidden(&self.index[id]) || !self.visited.insert(id.to_owned()) {
             return;
         }
         let kind = match kind.as_str() {
@@ -106,8 +112,7 @@ impl Reader<'_> {
 
     /// What an inherent implementation or a trait has.
     fn read_members(&mut self, path: &str, members: &Value) {
-        for id in ids(members) {
-            let member = &self.index[&id];
+        for member in ids(members).iter().map(|id| &self.index[id]).filter(|member| !is_hidden(member)) {
             let kind = match member["inner"].as_object().and_then(|inner| inner.keys().next()).map(String::as_str) {
                 Some("function") => "method",
                 Some("assoc_const") => "const",
@@ -117,6 +122,10 @@ impl Reader<'_> {
             self.listing.items.insert(join(path, &member["name"]), kind.to_owned());
         }
     }
+}
+
+fn is_hidden(item: &Value) -> bool {
+    item["attrs"].as_array().is_some_and(|attributes| attributes.iter().any(|attribute| attribute["other"] == HIDDEN))
 }
 
 fn join(path: &str, name: &Value) -> String {
@@ -134,9 +143,7 @@ fn ids(list: &Value) -> Vec<String> {
 
 /// The text that is stored: counts, and for each crate its items.
 pub fn page(listings: &[Listing]) -> String {
-    let mut page =
-        "The public interface, without the feature `unstable`. `cargo xtask interface --write` writes this file.\n\n"
-            .to_owned();
+    let mut page = "The public interface. `cargo xtask interface --write` writes this file.\n\n".to_owned();
     for listing in listings {
         page += &format!("{:4} {}\n", listing.count(), listing.name);
     }

@@ -40,8 +40,8 @@ pub fn of(stored: &Stored) -> String {
     let names = stored.cards.keys().map(String::as_str).collect::<Vec<_>>().join(" and ");
     let mut page = format!("# Shaders on {names}\n\nMesa {}, naga {}. {HEAD}", stored.mesa, stored.naga);
     page += &format!("\n## Hot passes\n\n{HOT_HEAD}\n| pass | file, entry point and features |\n|---|---|\n");
-    for hot in HOT {
-        let features: String = hot.features.iter().map(|feature| format!(", {feature}")).collect();
+    for hot in &*HOT {
+        let features: String = hot.features.split_whitespace().map(|feature| format!(", {feature}")).collect();
         page += &format!("| {} | `{} {}`{features} |\n", hot.name, hot.file, hot.entry);
     }
     for (name, card) in &stored.cards {

@@ -9,7 +9,7 @@ use super::{
     figures::{COLUMNS, Card, Change},
     tool,
 };
-use crate::command::workspace;
+use crate::{command::workspace, files};
 
 /// The figures of one version of Mesa.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +23,7 @@ pub struct Stored {
 impl Stored {
     /// The figures that `card` makes of each card.
     pub fn of(mesa: &str, card: impl Fn(&str) -> Result<Card, String>) -> Result<Self, String> {
-        let lock = workspace().join("shader-stats/Cargo.lock");
-        let lock = fs::read_to_string(&lock).map_err(|error| format!("{}: {error}", lock.display()))?;
+        let lock = files::read(&workspace().join("shader-stats/Cargo.lock"))?;
         let naga = tool::naga(&lock).ok_or("shader-stats/Cargo.lock has no naga")?.to_owned();
         let cards = CARDS.into_iter().map(|name| Ok((name.to_owned(), card(name)?))).collect::<Result<_, String>>()?;
         Ok(Self { mesa: mesa.to_owned(), naga, cards })
@@ -44,7 +43,7 @@ impl Stored {
     /// Writes the figures.
     pub fn write(&self) -> Result<(), String> {
         let path = Self::path(&self.mesa);
-        fs::write(&path, self.to_json()).map_err(|error| format!("{}: {error}", path.display()))?;
+        files::write(&path, self.to_json())?;
         println!("wrote {}", path.display());
         Ok(())
     }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::command::workspace;
 
-const RAYS: Hot = Hot { name: "rays: soft", file: "rays", entry: "trace", features: &["soft", "bvh"] };
+const RAYS: Hot = Hot { name: "rays: soft", file: "rays", entry: "trace", features: "soft bvh" };
 
 /// A card with two variants of a file, the hot one with this many waves of 64 lanes, counted twice, and bytes of scratch a lane.
 fn card(waves: u32, scratch: u32, instructions: u32) -> Card {

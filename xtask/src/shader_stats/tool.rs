@@ -7,7 +7,10 @@ use std::{
 };
 
 use super::figures::Compiled;
-use crate::command::{cargo, run, run_for_output, run_with_input, workspace};
+use crate::{
+    command::{cargo, run, run_for_output, run_with_input, workspace},
+    files::at,
+};
 
 /// Where Vulkan's loader finds manifests of drivers on Linux.
 const MANIFESTS: [&str; 3] = ["/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/usr/share/vulkan/icd.d"];
@@ -72,7 +75,7 @@ pub enum Wanted {
 pub fn link(wanted: &Wanted) -> Result<PathBuf, String> {
     let shaders = folder("shaders");
     if shaders.exists() {
-        fs::remove_dir_all(&shaders).map_err(|error| format!("{}: {error}", shaders.display()))?;
+        at(&shaders, fs::remove_dir_all(&shaders))?;
     }
     run(&mut cargo(["build", "--quiet", "--workspace", "--example", "link_shaders"]))?;
     let here = env::current_exe().map_err(|error| format!("path of this program: {error}"))?;

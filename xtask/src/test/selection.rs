@@ -121,7 +121,7 @@ fn needs_adapter(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::workspace;
+    use crate::{command::workspace, files};
 
     fn parse(line: &str) -> Result<Selection, String> {
         Selection::parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
@@ -200,16 +200,10 @@ mod tests {
     fn no_module_below_a_root_has_the_prefix_of_adapter_tests() {
         for package in crate::command::packages() {
             let root = package.join("src");
-            let mut folders: Vec<_> = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();
-            folders.retain(|path| path.is_dir());
-            while let Some(folder) = folders.pop() {
-                for entry in std::fs::read_dir(folder).unwrap() {
-                    let entry = entry.unwrap();
-                    let name = entry.file_name().into_string().unwrap();
-                    let is_module = name.ends_with(".rs") || entry.path().is_dir();
-                    assert!(!is_module || !name.starts_with(NEEDS_ADAPTER), "{}", entry.path().display());
-                    folders.extend(entry.path().is_dir().then(|| entry.path()));
-                }
+            for file in files::below(&root).unwrap().iter().filter(|file| file.extension().is_some_and(|e| e == "rs")) {
+                let mut parts = file.strip_prefix(&root).unwrap().iter().skip(1);
+                let has_prefix = parts.any(|part| part.to_string_lossy().starts_with(NEEDS_ADAPTER));
+                assert!(!has_prefix, "{}", file.display());
             }
         }
     }

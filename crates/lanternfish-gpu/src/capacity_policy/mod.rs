@@ -99,23 +99,23 @@ const CAPACITY_POLICY_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as
 
 impl Frame<'_> {
     /// When the capacity of this frame's lists grows.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn growth(&self) -> Growth {
+    #[doc(hidden)]
+    pub fn growth(&self) -> Growth {
         self.pool.capacity_policy.growth()
     }
 
     /// Capacity for a list that the commands so far have counted. With deferred readback the frame checks the capacity when it runs. The
     /// caller must refuse more elements than the limit.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn capacity_for(&mut self, counted: &Counted<'_>) -> Result<ListCapacity, GpuError> {
+    #[doc(hidden)]
+    pub fn capacity_for(&mut self, counted: &Counted<'_>) -> Result<ListCapacity, GpuError> {
         let capacity = self.planned_capacity(counted.list, counted.guess, counted.limit);
         self.counted_capacity(counted, capacity)
     }
 
     /// Capacity, elements, for a list that is counted while it is written, from earlier frames. Call [`Self::counted_capacity`] after the
     /// write to check it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn planned_capacity(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
+    #[doc(hidden)]
+    pub fn planned_capacity(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
         let growth = self.growth();
         let list = self.pool.capacity_policy.lists.entry(list).or_default();
         match growth {
@@ -125,8 +125,8 @@ impl Frame<'_> {
     }
 
     /// The words of the longest list of this name in the last frame that has arrived. Zeros with blocking readback.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
+    #[doc(hidden)]
+    pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let capacity_policy = &self.pool.capacity_policy;
         let history = capacity_policy.lists.get(list).filter(|_| capacity_policy.growth() == Growth::Deferred);
         history.map_or([0; LIST_WORDS], |history| history.last)
@@ -135,8 +135,8 @@ impl Frame<'_> {
     /// Checks `capacity` (elements) against the length of a list that the commands so far have counted. With blocking readback the caller
     /// must write the list again if it exceeds `capacity`, with the capacity returned here. With deferred readback the frame checks the
     /// capacity when it runs.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn counted_capacity(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListCapacity, GpuError> {
+    #[doc(hidden)]
+    pub fn counted_capacity(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListCapacity, GpuError> {
         match self.growth() {
             Growth::Blocking => {
                 let words: [u32; LIST_WORDS] =
@@ -189,14 +189,14 @@ impl Frame<'_> {
 
     /// With deferred readback: a buffer with the arguments of an indirect draw of three vertices, which draws nothing if the frame is
     /// incomplete. Word 1 is 1 if the frame is complete, word 4 is the number of accumulated frames ([`Self::count_frame`]).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn whole(&self) -> Option<wgpu::Buffer> {
+    #[doc(hidden)]
+    pub fn whole(&self) -> Option<wgpu::Buffer> {
         self.pool.capacity_policy.whole()
     }
 
     /// With deferred readback, adds this frame to the number of accumulated frames if it is complete. `is_first` resets the number first.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn count_frame(&mut self, is_first: bool) {
+    #[doc(hidden)]
+    pub fn count_frame(&mut self, is_first: bool) {
         if self.growth() == Growth::Blocking {
             return;
         }

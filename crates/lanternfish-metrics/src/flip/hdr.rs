@@ -47,8 +47,8 @@ impl Exposures {
     }
 
     /// Every exposure, stops.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn iter(self) -> impl Iterator<Item = f32> {
+    #[doc(hidden)]
+    pub fn iter(self) -> impl Iterator<Item = f32> {
         let step = (self.stop - self.start) / self.count.saturating_sub(1).max(1) as f32;
         (0..self.count).map(move |i| self.start + i as f32 * step)
     }

@@ -53,8 +53,8 @@ impl FlipMap {
     /// The map as an sRGB-encoded image, three bytes per pixel: 0 is black, 1 pale yellow, with purple and orange between.
     ///
     /// The colour map is *magma*, as in the authors' images. For [`write_png`](crate::write_png).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn magma(&self) -> Vec<u8> {
+    #[doc(hidden)]
+    pub fn magma(&self) -> Vec<u8> {
         self.errors.iter().flat_map(|error| magma::srgb(*error)).collect()
     }
 }

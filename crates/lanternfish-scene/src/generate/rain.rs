@@ -90,14 +90,14 @@ impl Rain {
     }
 
     /// The indices of the rain's lights in the scene's list.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn indices(&self) -> std::ops::Range<usize> {
+    #[doc(hidden)]
+    pub fn indices(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.count as usize
     }
 
     /// Decrements the indices after a light before the rain's was deleted.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn moves_up(&mut self) {
+    #[doc(hidden)]
+    pub fn moves_up(&mut self) {
         self.first -= 1;
     }
 }

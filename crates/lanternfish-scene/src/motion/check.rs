@@ -7,8 +7,8 @@ impl Motion {
     /// Checks that all node indices are in range and that animations are complete: the conditions under which [`Self::pose`],
     /// [`Self::joints`] and similar functions do not panic. Returns the first fault and its location. Does not check vertices, nor
     /// the indices of instances, cameras, lights and meshes.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_nodes(&self) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check_nodes(&self) -> Result<(), String> {
         let node_count = self.nodes.len();
         for (i, node) in self.nodes.iter().enumerate() {
             if node.parent.is_some_and(|parent| parent >= i) {
@@ -41,8 +41,8 @@ impl Motion {
     }
 
     /// [`Self::check_nodes`], and checks that the instances, cameras, lights and meshes attached to nodes exist in `scene`.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_things(&self, scene: &Scene) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check_things(&self, scene: &Scene) -> Result<(), String> {
         self.check_nodes()?;
         let counts =
             [("instance", scene.instances.len()), ("camera", scene.cameras.len()), ("light", scene.lights.len())];

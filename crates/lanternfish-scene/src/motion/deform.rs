@@ -53,8 +53,8 @@ struct Vertex {
 
 impl Deformation {
     /// The largest joint index with a positive weight.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn greatest_joint(&self) -> Option<u16> {
+    #[doc(hidden)]
+    pub fn greatest_joint(&self) -> Option<u16> {
         let sets = self.influences.iter().flat_map(|set| set.joints.iter().zip(&set.weights));
         let used = sets.flat_map(|(joints, weights)| joints.iter().copied().zip(weights.to_array()));
         used.filter(|(_, weight)| *weight > 0.0).map(|(joint, _)| joint).max()
@@ -62,8 +62,8 @@ impl Deformation {
 
     /// Writes the deformed vertices to `primitive`. `weights` are those of the morph targets; missing ones are 0. `world_from_object`
     /// are the joints' transforms; empty without a skin.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn apply(&self, primitive: &mut Primitive, weights: &[f32], world_from_object: &[Affine3A]) {
+    #[doc(hidden)]
+    pub fn apply(&self, primitive: &mut Primitive, weights: &[f32], world_from_object: &[Affine3A]) {
         let moved: Vec<Vertex> =
             (0..self.positions.len()).into_par_iter().map(|i| self.vertex(i, weights, world_from_object)).collect();
         primitive.positions = moved.iter().map(|vertex| vertex.position).collect();

@@ -23,8 +23,8 @@ pub use self::deform::{Deformation, Influences, MorphTarget};
 
 pub(crate) use self::place::{place_camera, place_light};
 pub use self::pose::{LightPose, Pose};
-#[cfg_attr(feature = "unstable", visibility::make(pub))]
-use self::reach::Reach;
+#[doc(hidden)]
+pub use self::reach::Reach;
 pub use self::sampler::{Interpolation, Sampler};
 use crate::Light;
 
@@ -49,8 +49,8 @@ pub struct Motion {
 
 impl Motion {
     /// True for each node that an animation moves, directly or through an ancestor.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn moving_nodes(&self) -> Vec<bool> {
+    #[doc(hidden)]
+    pub fn moving_nodes(&self) -> Vec<bool> {
         let mut moves = vec![false; self.nodes.len()];
         for channel in self.animations.iter().flat_map(|animation| &animation.channels) {
             let moves_node = matches!(channel.property, Property::Translation | Property::Rotation | Property::Scale);
@@ -171,8 +171,8 @@ impl Animation {
     }
 
     /// The time within the animation at `time`, s: the animation loops.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn moment(&self, time: f32) -> f32 {
+    #[doc(hidden)]
+    pub fn moment(&self, time: f32) -> f32 {
         let duration = self.duration();
         if time > duration && duration > 0.0 { time.rem_euclid(duration) } else { time }
     }

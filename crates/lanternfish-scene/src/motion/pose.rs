@@ -72,23 +72,23 @@ impl Motion {
     }
 
     /// Transform of each joint of a skin, from object space at rest to world space.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn joints(&self, skin: usize, pose: &Pose) -> Vec<Affine3A> {
+    #[doc(hidden)]
+    pub fn joints(&self, skin: usize, pose: &Pose) -> Vec<Affine3A> {
         let skin = &self.skins[skin];
         let joints = skin.joints.iter().zip(&skin.joint_from_object);
         joints.map(|(node, joint_from_object)| pose.world_from_node[*node] * *joint_from_object).collect()
     }
 
     /// Index and object-to-world transform of each instance attached to a node.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn placed_instances(&self, pose: &Pose) -> impl Iterator<Item = (usize, Affine3A)> {
+    #[doc(hidden)]
+    pub fn placed_instances(&self, pose: &Pose) -> impl Iterator<Item = (usize, Affine3A)> {
         let place = |bound: &Bound| (bound.index, pose.world_from_node[bound.node] * bound.node_from_object);
         self.instances.iter().map(place)
     }
 
     /// Index of each light attached to a node, and the light in world space. `None`: an area light scaled to zero, which emits nothing.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn placed_lights(&self, pose: &Pose) -> impl Iterator<Item = (usize, Option<Light>)> {
+    #[doc(hidden)]
+    pub fn placed_lights(&self, pose: &Pose) -> impl Iterator<Item = (usize, Option<Light>)> {
         let place = |bound: &BoundLight| {
             let mut light = bound.light.clone();
             if let Some(animated) = pose.lights.get(&bound.node).filter(|_| light.area().is_none()) {
@@ -105,8 +105,8 @@ impl Motion {
     /// # Panics
     ///
     /// Panics if there is no such animation.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn lights_at(&self, lights: &mut [Light], animation: usize, time: f32) {
+    #[doc(hidden)]
+    pub fn lights_at(&self, lights: &mut [Light], animation: usize, time: f32) {
         let animation = &self.animations[animation];
         self.place_lights(lights, &self.pose(Some((animation, animation.moment(time)))));
     }

@@ -27,8 +27,8 @@ pub struct Sampler {
 
 impl Sampler {
     /// Number of components of a value.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn width(&self) -> usize {
+    #[doc(hidden)]
+    pub fn width(&self) -> usize {
         self.values.len() / (self.times.len() * self.parts()).max(1)
     }
 
@@ -44,8 +44,8 @@ impl Sampler {
     }
 
     /// The interpolated value at `time`, s. `is_rotation`: the value is a quaternion; the result then has unit length.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn at(&self, time: f32, is_rotation: bool) -> Vec<f32> {
+    #[doc(hidden)]
+    pub fn at(&self, time: f32, is_rotation: bool) -> Vec<f32> {
         let is_spline = self.interpolation == Interpolation::CubicSpline;
         let value = |keyframe| self.part(keyframe, usize::from(is_spline));
         let last = self.times.len() - 1;

@@ -194,8 +194,8 @@ impl GpuScene {
     }
 
     /// Bindings of the scene's buffers, under the names that the shaders use.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bindings(&self) -> Bindings<'_> {
+    #[doc(hidden)]
+    pub fn bindings(&self) -> Bindings<'_> {
         let mut bindings = self
             .materials
             .all()
@@ -228,40 +228,40 @@ impl GpuScene {
     }
 
     /// Its lights.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn lights(&self) -> &LightSet {
+    #[doc(hidden)]
+    pub fn lights(&self) -> &LightSet {
         &self.lights
     }
 
     /// Triangles that rays can hit, each with the instance that it belongs to.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn traced_triangles(&self) -> u32 {
+    #[doc(hidden)]
+    pub fn traced_triangles(&self) -> u32 {
         self.traced_triangles
     }
 
     /// The environment as light.
     ///
     /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn environment_light(&self) -> &EnvironmentLight {
+    #[doc(hidden)]
+    pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
     /// Emissive triangles that rays hit, if hits are shaded.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
+    #[doc(hidden)]
+    pub fn emissive_triangles(&self) -> &[EmissiveTriangle] {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
     /// True if hits are shaded and rays hit any emissive triangle.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn has_emissive_triangles(&self) -> bool {
+    #[doc(hidden)]
+    pub fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }
 
     /// The BVH's triangles, if there is a BVH.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
+    #[doc(hidden)]
+    pub fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 

@@ -37,21 +37,21 @@ use crate::{
 impl GpuScene {
     /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is unique among all
     /// uploads. Lights do not change it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn generation(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn generation(&self) -> u64 {
         self.placed.generation
     }
 
     /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and is unique among all
     /// uploads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn revision(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn revision(&self) -> u64 {
         self.placed.revision
     }
 
     /// Identifies the order of the triangles: it changes with another tree, and is unique among all uploads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn triangle_order(&self) -> u64 {
+    #[doc(hidden)]
+    pub fn triangle_order(&self) -> u64 {
         self.placed.triangle_order
     }
 

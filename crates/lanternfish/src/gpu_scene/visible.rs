@@ -20,8 +20,8 @@ pub struct VisibleDraws<'s> {
 
 impl GpuScene {
     /// Culls the draws outside `view`'s frustum. Conservative: a box may intersect the frustum although its triangles do not.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
+    #[doc(hidden)]
+    pub fn visible_draws(&self, view: &View) -> VisibleDraws<'_> {
         let seen = self.geometry.draws.iter().filter(|draw| intersects_frustum(view, &draw.bounds));
         let (transparent, solid): (Vec<&Draw>, Vec<&Draw>) =
             seen.partition(|draw| draw.alpha == DrawAlpha::Transparent);

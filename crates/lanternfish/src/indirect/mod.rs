@@ -41,11 +41,11 @@ impl<T: Technique + IndirectTechnique> From<T> for Indirect {
 /// A technique for indirect light.
 pub trait IndirectTechnique: AnyTechnique {
     /// Takes the parameters of a quality, if it has any.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn spend(&mut self, _quality: Quality) {}
 
     /// Parts of a scene that it reads, beside those that are rasterized.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn parts(&self) -> Parts {
         Parts::NONE
     }
@@ -77,7 +77,7 @@ pub trait IndirectTechnique: AnyTechnique {
     }
 
     /// Replaces an automatic tracer with the one chosen for the adapter.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn resolve_tracer(&mut self, _automatic: Tracer) {}
 
     /// Takes the parameters for the nearest transparent surfaces, which are smooth and have no deep images.
@@ -119,8 +119,8 @@ named_enum! {
 impl Quality {
     /// Samples per pixel at edges. On a software adapter several take a tenth of the frame time; beside draft indirect
     /// light they would take a third.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn samples(self) -> Samples {
+    #[doc(hidden)]
+    pub const fn samples(self) -> Samples {
         match self {
             Self::Draft => Samples::One,
             Self::Good | Self::Best => Samples::Four,
@@ -130,8 +130,8 @@ impl Quality {
 
 impl Indirect {
     /// The same technique with the parameters of a quality.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn of_quality(mut self, quality: Quality) -> Self {
+    #[doc(hidden)]
+    pub fn of_quality(mut self, quality: Quality) -> Self {
         if let Some(technique) = self.technique_mut() {
             technique.spend(quality);
         }
@@ -139,8 +139,8 @@ impl Indirect {
     }
 
     /// True if the technique includes light from the environment.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn sees_environment(&self) -> bool {
+    #[doc(hidden)]
+    pub fn sees_environment(&self) -> bool {
         self.technique().is_some_and(|technique| technique.sees_environment())
     }
 
@@ -201,14 +201,14 @@ impl DemodulatedIrradiance {
     }
 
     /// The same light with the technique's counters.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn with_counters(self, counters: Vec<Counters>) -> Self {
+    #[doc(hidden)]
+    pub fn with_counters(self, counters: Vec<Counters>) -> Self {
         Self { counters, ..self }
     }
 
     /// Bindings under the names that the shaders use.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn bindings(&self) -> Bindings<'_> {
+    #[doc(hidden)]
+    pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("indirect_irradiance", &self.layers)
     }
 

@@ -100,14 +100,14 @@ pub enum TracerChoice {
 
 impl TracerChoice {
     /// All tracers, in the order in which help lists them.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn all() -> Vec<Self> {
+    #[doc(hidden)]
+    pub fn all() -> Vec<Self> {
         std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn name(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::Fixed(tracer) => tracer.name(),
@@ -115,8 +115,8 @@ impl TracerChoice {
     }
 
     /// One line of help.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn words(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn words(self) -> &'static str {
         match self {
             Self::Auto => "The fastest exact tracer of this adapter",
             Self::Fixed(tracer) => tracer.words(),
@@ -124,8 +124,8 @@ impl TracerChoice {
     }
 
     /// The tracer. A renderer replaces `Auto` by its device's tracer when it is built; without a device `Auto` is the BVH.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn fixed(self) -> Tracer {
+    #[doc(hidden)]
+    pub const fn fixed(self) -> Tracer {
         match self {
             Self::Auto => Tracer::BVH,
             Self::Fixed(tracer) => tracer,
@@ -133,8 +133,8 @@ impl TracerChoice {
     }
 
     /// Replaces `Auto` by the device's tracer.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn resolve(&mut self, automatic: Tracer) {
+    #[doc(hidden)]
+    pub fn resolve(&mut self, automatic: Tracer) {
         if *self == Self::Auto {
             *self = Self::Fixed(automatic);
         }
@@ -173,14 +173,14 @@ impl Tracer {
     pub const RAY_QUERY: Self = Self::new(&ray_query::INFO);
 
     /// A tracer.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn new(info: &'static TracerInfo) -> Self {
+    #[doc(hidden)]
+    pub const fn new(info: &'static TracerInfo) -> Self {
         Self(info)
     }
 
     /// All registered tracers, in the order in which help lists them.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn all() -> Vec<Self> {
+    #[doc(hidden)]
+    pub fn all() -> Vec<Self> {
         let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         Self::own().into_iter().chain(registered.iter().copied()).collect()
     }
@@ -188,21 +188,21 @@ impl Tracer {
     /// Registers the tracer: [`Self::all`] lists it from then on.
     ///
     /// Panics if another tracer has the name, which is a bug.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn register(self) {
+    #[doc(hidden)]
+    pub fn register(self) {
         assert!(!Self::all().contains(&self), "two tracers are called {}", self.name());
         REGISTERED.write().unwrap_or_else(PoisonError::into_inner).push(self);
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn name(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn name(self) -> &'static str {
         self.0.name
     }
 
     /// One line of help.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn words(self) -> &'static str {
+    #[doc(hidden)]
+    pub const fn words(self) -> &'static str {
         self.0.words
     }
 
@@ -212,15 +212,15 @@ impl Tracer {
     }
 
     /// True if it intersects the scene itself, not a structure that approximates it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn is_exact(self) -> bool {
+    #[doc(hidden)]
+    pub const fn is_exact(self) -> bool {
         self.0.structure.is_none()
     }
 
     /// The structure that it traverses beside the scene: the chosen one if that is of the tracer's kind, else its default; none if it needs
     /// none.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn structure(self, chosen: &Structure) -> Structure {
+    #[doc(hidden)]
+    pub fn structure(self, chosen: &Structure) -> Structure {
         let name = |structure: &Structure| structure.technique().map(AnyTechnique::name);
         let default = self.0.structure.map_or(Structure::NONE, |default| default());
         if name(chosen) == name(&default) { chosen.clone() } else { default }
@@ -228,8 +228,8 @@ impl Tracer {
 
     /// The features that link shaders with it and with the chosen structure. `with_triangles`: shaders also query which triangle a ray
     /// hits.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn features(self, chosen: &Structure, with_triangles: bool) -> Vec<Feature> {
+    #[doc(hidden)]
+    pub fn features(self, chosen: &Structure, with_triangles: bool) -> Vec<Feature> {
         let structure = self.structure(chosen);
         let features = structure.technique().map(|structure| structure.features(with_triangles));
         features.unwrap_or_default().into_iter().chain([self.0.feature]).collect()
@@ -246,46 +246,46 @@ impl Tracer {
     ///
     /// On hardware with ray queries it is the ray query. A software adapter's ray query is slower than the BVH in compute: on Mesa 25.0.7,
     /// 0.24 to 0.47 million rays per second and core, the BVH 1.1 to 3.1.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
+    #[doc(hidden)]
+    pub fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
         let has_ray_query = features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
         if has_ray_query && kind != wgpu::DeviceType::Cpu { Self::RAY_QUERY } else { Self::BVH }
     }
 
     /// Parts of a scene that it reads.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) const fn parts(self) -> Parts {
+    #[doc(hidden)]
+    pub const fn parts(self) -> Parts {
         self.0.parts
     }
 
     /// True if it reports the triangle that a ray hits, through the chosen structure.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn finds_triangles(self, chosen: &Structure) -> bool {
+    #[doc(hidden)]
+    pub fn finds_triangles(self, chosen: &Structure) -> bool {
         self.structure(chosen).technique().is_none_or(|structure| structure.finds_triangles())
     }
 
     /// Number of frames after a change of the scene until it traces no outdated structure.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn update_frames(self, chosen: &Structure) -> u32 {
+    #[doc(hidden)]
+    pub fn update_frames(self, chosen: &Structure) -> u32 {
         self.structure(chosen).technique().map_or(1, |structure| structure.update_frames())
     }
 
     /// The exact tracer for rays that do not use structures: from transparent surfaces, from samples of a pixel, from hit points of other
     /// rays.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn exact(self) -> Self {
+    #[doc(hidden)]
+    pub fn exact(self) -> Self {
         if self.is_exact() { self } else { Self::BVH }
     }
 
     /// True if the device supports it.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn is_supported(self, device: &wgpu::Device) -> bool {
+    #[doc(hidden)]
+    pub fn is_supported(self, device: &wgpu::Device) -> bool {
         device.features().contains(self.0.needs)
     }
 
     /// An error if the device does not support it. `setting`: the setting that requires it; `instead`: the alternative.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check(
+    #[doc(hidden)]
+    pub fn check(
         self,
         device: &wgpu::Device,
         setting: &'static str,

@@ -22,8 +22,8 @@ impl Renderer {
     /// differs from the bindings of the library. Means restart and deep images are rebuilt. Shaders of uploads, and of updates of objects
     /// that have already moved, are compiled with the next upload. Further renderers of the same engine compile the texts too. Returns an
     /// error while the caller holds the commands of a frame ([`RenderError::NotSubmitted`]).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn edit_shaders(
+    #[doc(hidden)]
+    pub fn edit_shaders(
         &mut self,
         texts: ShaderTexts,
         scene: &GpuScene,

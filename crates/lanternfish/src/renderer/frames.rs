@@ -102,8 +102,8 @@ impl Renderer {
     }
 
     /// Makes the next [`Self::refine`] start a new mean, for a change that it does not detect.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn reset(&mut self) {
+    #[doc(hidden)]
+    pub fn reset(&mut self) {
         self.passes.progressive.reset();
         self.passes.forget_shown();
     }

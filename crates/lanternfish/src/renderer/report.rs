@@ -15,8 +15,8 @@ pub struct Report {
 
 impl Report {
     /// Adds the cost of another image. Passes and counters of one name become one.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn add(&mut self, other: Self) {
+    #[doc(hidden)]
+    pub fn add(&mut self, other: Self) {
         for pass in other.passes {
             match self.passes.iter_mut().find(|sum| sum.name == pass.name) {
                 Some(sum) => sum.ms += pass.ms,

@@ -28,8 +28,8 @@ impl Renderer {
 
     /// Returns an error if the process may not allocate what uploading a valid scene needs, as [`Self::upload`] does. Takes time linear in
     /// primitives and instances.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_memory(&self, scene: &Scene) -> Result<(), RenderError> {
+    #[doc(hidden)]
+    pub fn check_memory(&self, scene: &Scene) -> Result<(), RenderError> {
         GpuScene::check_memory(scene, &self.needs)
     }
 

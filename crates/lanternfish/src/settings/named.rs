@@ -127,8 +127,8 @@ impl Settings {
 
     /// The value of [`Self::PARAMETERS`], of a choice of technique or of a parameter, as text. The outer `None`: there is none of this
     /// name; the inner one: it is not set, or belongs to another technique than the chosen one.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn value(&self, name: &str) -> Option<Option<String>> {
+    #[doc(hidden)]
+    pub fn value(&self, name: &str) -> Option<Option<String>> {
         let mut settings = self.clone();
         if let Some(entry) = Self::PARAMETERS.iter().find(|entry| entry.info.name == name) {
             return Some((entry.of)(&mut settings).text());
@@ -152,8 +152,8 @@ impl Settings {
     }
 
     /// The error of [`Self::set`] with this value if the technique is chosen that has the parameter.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check(name: &str, text: &str) -> Result<(), String> {
+    #[doc(hidden)]
+    pub fn check(name: &str, text: &str) -> Result<(), String> {
         let mut settings = Self::default();
         let checked = settings.choices().into_iter().find_map(|choice| choice.check(name, text));
         checked.unwrap_or_else(|| settings.set(name, text))

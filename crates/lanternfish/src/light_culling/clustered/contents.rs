@@ -42,8 +42,8 @@ impl GridContents {
 impl Renderer {
     /// Contents of the last frame's clusters, one item per grid ([`Grouping`](super::Grouping)), read back from the device for
     /// measurements. Empty before the first frame, and without [`Clustered`](super::Clustered).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
+    #[doc(hidden)]
+    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
         self.culling_passes()
             .map_or(Ok(Vec::new()), |passes| contents_of_grids(passes, &self.engine().device, &self.engine().queue))
     }

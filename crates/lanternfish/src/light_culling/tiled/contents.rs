@@ -30,8 +30,8 @@ impl TileContents {
 impl Renderer {
     /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first frame, and without
     /// [`Tiled`](super::Tiled).
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
+    #[doc(hidden)]
+    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
         self.culling_passes().map_or(Ok(Vec::new()), |passes| tiles_of_views(passes, self.engine()))
     }
 }

@@ -20,8 +20,8 @@ impl GpuScene {
     }
 
     /// An error unless the scene is on this device and has these parts.
-    #[cfg_attr(feature = "unstable", visibility::make(pub))]
-    pub(crate) fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
+    #[doc(hidden)]
+    pub fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
         self.check_device(device)?;
         lacks(self.needs.parts.lacks(needed))
     }
