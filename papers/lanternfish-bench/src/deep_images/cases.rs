@@ -77,11 +77,13 @@ pub fn groups(quick: bool) -> Vec<Group> {
     ];
     let builders = vec![
         by(DeepBuilder::SinglePass, few),
+        by(DeepBuilder::SinglePassLiteral, few),
         by(DeepBuilder::PerTriangle, few),
         by(DeepBuilder::PerDirection, few),
         // Takes minutes with all directions, so it is measured with few.
         by(DeepBuilder::DepthPeeling, few),
         by(DeepBuilder::SinglePass, all),
+        by(DeepBuilder::SinglePassLiteral, all),
         by(DeepBuilder::PerTriangle, all),
         by(DeepBuilder::PerDirection, all),
         finer(DeepBuilder::SinglePass),

@@ -118,7 +118,7 @@ impl DeepImageSettings {
     pub const ARCHER: Self = Self {
         directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
         resolution: 64,
-        builder: DeepBuilder::SinglePass,
+        builder: DeepBuilder::SinglePassLiteral,
         supersampling: 1,
         merge_texels: 0.0,
         fragments_a_texel: 8,
@@ -136,6 +136,10 @@ named_enum! {
     DeepBuilder {
         /// All from one draw of the scene [Archer2019, §3.1].
         SinglePass = "single_pass": "All images from one draw of the scene",
+        /// The same as the paper has it [Archer2019, fig. 3]: every sample becomes a fragment of every image, at the sample's own depth, in
+        /// the texel that it falls into. Ours moves it to the texel's axis, leaves it out where that misses the triangle, and stores one
+        /// of several in a texel.
+        SinglePassLiteral = "single_pass_literal": "The same as in Archer 2019: no sample is moved to a texel's axis or left out",
         /// Every triangle is put into each image's texels by computation: the result of a draw for each direction, without a rasterizer.
         PerTriangle = "per_triangle": "By computation from every triangle: exact",
         /// One draw per direction: the baseline.
@@ -176,6 +180,13 @@ named_enum! {
         Bisection = "bisection": "By bisection",
         /// Linearly from the end where the ray enters [Archer2019, §3.2].
         LinearSteps = "linear_steps": "From fragment to fragment",
+    }
+}
+
+impl DeepBuilder {
+    /// True of builders that draw the scene once, and sample it then.
+    pub const fn is_single_pass(self) -> bool {
+        matches!(self, Self::SinglePass | Self::SinglePassLiteral)
     }
 }
 

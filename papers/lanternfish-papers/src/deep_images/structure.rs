@@ -86,7 +86,7 @@ impl Technique for DeepImageSettings {
             "NAME",
             Range::Names,
             "Builder of deep images. A window needs per_triangle or per_direction.\n\n\
-             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass` \
+             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass_literal` \
              `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.",
             |images: &mut Self| &mut images.builder,
         )

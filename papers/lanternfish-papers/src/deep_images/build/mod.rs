@@ -54,7 +54,9 @@ enum Prepared {
 impl Builder {
     fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         Ok(match sound_builder(settings.builder, &device.adapter_info()) {
-            DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
+                Self::SinglePass(SinglePass::new(device, settings)?)
+            }
             DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
             DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
