@@ -89,6 +89,12 @@ pub struct DeepImageSettings {
     pub sort: DeepSort,
     /// Search in a linear array's lists. The result is the same.
     pub search: DeepSearch,
+    /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels: ε of [Niessner2010, §3.2]. More:
+    /// fewer rays slip through steep surfaces, more hit what they pass.
+    pub tolerance: f32,
+    /// True if closest hits within a texel test the triangles of near fragments. Otherwise the first fragment beyond the ray's own is hit
+    /// [Aalund2015, §3.1].
+    pub tests_triangles: bool,
     /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
     pub payload: bool,
 }
@@ -107,6 +113,8 @@ impl Default for DeepImageSettings {
             depth: DeepDepth::Bits32,
             sort: DeepSort::Selection,
             search: DeepSearch::Bisection,
+            tolerance: 0.5,
+            tests_triangles: true,
             payload: true,
         }
     }
@@ -127,6 +135,8 @@ impl DeepImageSettings {
         depth: DeepDepth::Bits32,
         sort: DeepSort::Blocks,
         search: DeepSearch::LinearSteps,
+        tolerance: 0.5,
+        tests_triangles: true,
         payload: true,
     };
 }
@@ -153,12 +163,12 @@ named_enum! {
     /// Memory layout of the lists of deep images. Bytes per fragment include 32 bits of depth and a triangle; 4 fewer without it.
     DeepStore {
         /// Contiguous in one array, sorted, surfaces merged: 8 bytes per fragment, 4 per texel [Archer2019, fig. 5].
-        LinearArray = "linear_array",
+        LinearArray = "linear_array": "Contiguous in one array, sorted",
         /// Each fragment links to another, unsorted: no pass after the builder, 12 bytes per fragment.
-        LinkedList = "linked_list",
+        LinkedList = "linked_list": "Each fragment links to another, unsorted",
         /// Each fragment links to the next by depth: 12 bytes per fragment. A pass of its own inserts them, after the builder has written
         /// them, in time of the square of the list lengths; the paper inserts them while it draws [Aalund2015, §3].
-        SortedLinkedList = "sorted_linked_list",
+        SortedLinkedList = "sorted_linked_list": "Each fragment links to the next by depth, as in Aalund 2015",
     }
 }
 

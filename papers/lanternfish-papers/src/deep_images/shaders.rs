@@ -91,6 +91,12 @@ gpu_struct! {
         sample_spacing: f32,
         /// Rotation into the space of the set of directions, a unit quaternion.
         set_from_world: Vec4,
+        /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels.
+        tolerance: f32,
+        /// 1 if rays within a texel test the triangles of near fragments.
+        tests_triangles: u32,
+        /// Unused.
+        _pad: UVec2,
     }
 }
 

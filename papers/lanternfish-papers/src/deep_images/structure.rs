@@ -116,6 +116,31 @@ impl Technique for DeepImageSettings {
             |images: &mut Self| &mut images.search,
         )
         .with_default(),
+        Parameter::new(
+            "deep-store",
+            "NAME",
+            Range::Names,
+            "Memory layout of the lists of deep images. Shadow rays need linear_array, and so do windows.",
+            |images: &mut Self| &mut images.store,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-test",
+            "on|off",
+            Range::Switch("Triangles of near fragments are tested", "The first fragment is the hit, as in Aalund 2015"),
+            "Tests of triangles for the closest hits of rays within a texel.",
+            |images: &mut Self| &mut images.tests_triangles,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-tolerance",
+            "TEXELS",
+            Range::Number(0.0, 4.0),
+            "Tolerance of rays across texels in depth. More: fewer rays slip through steep surfaces, more hit what they \
+             pass.",
+            |images: &mut Self| &mut images.tolerance,
+        )
+        .with_default(),
     ];
     const SHADERS: Shaders = DECLARED;
 }

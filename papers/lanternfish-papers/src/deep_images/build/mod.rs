@@ -227,6 +227,8 @@ impl DeepImageBuilder {
             merge_distance: self.settings.merge_texels / texels_per_metre,
             sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
             set_from_world: directions.rotation().inverse().into(),
+            tolerance: self.settings.tolerance,
+            tests_triangles: u32::from(self.settings.tests_triangles),
             ..DeepGrid::default()
         };
         let builder = &mut self.builder;
