@@ -8,7 +8,7 @@ use lanternfish_cli::{
 };
 use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
-use super::cases::papers_images;
+use super::cases::{PAPER, papers_images, plain};
 use crate::{
     ground_truths::{self, GroundTruth},
     one_bounce::OneBounce,
@@ -20,15 +20,19 @@ use crate::{
 pub const TEXT: &str = "White surfaces under a white sky, against the path tracer's visible fraction of the sphere with the same distance. *Within \
                         28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); else \
                         everything occludes (fig. 9). *Near* is 1/64 of the diagonal, *middle* lies between it and 28 %; HBAO *by radius* \
-                        takes a sample every 4 pixels of its radius in the image (§5.1). *As in the paper*: the first fragment of one texel, weights of 2 / N, images without triangles; \
+                        takes a sample every 4 pixels of its radius in the image (§5.1). *As in the paper*: the first fragment of one texel, weights of 2 / N, sorted linked lists without triangles; \
                         else images hold them, and those of near fragments are tested.";
 
 /// Names of all ways to find occlusion, and the texels of their images; 0: as usual.
-const WAYS: [(&str, u32); 14] = [
+const WAYS: [(&str, u32); 17] = [
     ("as in the paper, within 28 %, 512 x 200²", 200),
+    ("as in the paper, arrays, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, as usual", 0),
     ("hbao, within 28 %", 0),
+    ("as in the paper, near, 512 x 200²", 200),
+    ("deep, near, 512 x 200²", 200),
+    ("hbao, near", 0),
     ("as in the paper, 512 x 50²", 50),
     ("deep, 512 x 50²", 50),
     ("as in the paper, 512 x 200²", 200),
@@ -37,7 +41,6 @@ const WAYS: [(&str, u32); 14] = [
     ("hbao, near, by radius", 0),
     ("hbao, middle, by radius", 0),
     ("hbao, far, by radius", 0),
-    ("as in the paper, near, 512 x 200²", 200),
     ("as in the paper, middle, 512 x 200²", 200),
 ];
 
@@ -76,7 +79,7 @@ fn distance_of(name: &str, diagonal: f32) -> Option<f32> {
 /// Ways to find occlusion, on white surfaces under a white sky.
 pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
     let bench = &of.bench;
-    let mut view = of.view.with(ground_truths::white(of.view.scene.clone()));
+    let mut view = of.lit.view.with(ground_truths::white(of.lit.view.scene.clone()));
     let diagonal = view.scene.bounds().size().length();
     let mut references = Vec::new();
     for kind in [GroundTruth::ObscuranceNear, GroundTruth::ObscuranceFar, GroundTruth::Occlusion] {
@@ -91,7 +94,10 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
         |(name, texels)| {
             let distance = distance_of(name, diagonal);
             let (occlusion, ground_truth) = technique(name, distance);
-            let images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
+            let mut images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
+            if name.starts_with(PAPER) && !name.contains("arrays") {
+                images = plain(images);
+            }
             let timed = bench.timed(&view, &view.look.clone().with_occlusion(occlusion).with_structure(images))?;
             bench.write(&format!("occlusion, {name}"), &timed.image)?;
             let reference = references.iter().find(|(kind, _)| Some(*kind) == ground_truth).map(|(_, mean)| mean);

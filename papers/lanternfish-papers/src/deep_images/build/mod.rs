@@ -64,7 +64,9 @@ impl Builder {
 
     fn of(device: &wgpu::Device, builder: DeepBuilder, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         Ok(match builder {
-            DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
+                Self::SinglePass(SinglePass::new(device, settings)?)
+            }
             DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
             DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
@@ -249,6 +251,8 @@ impl DeepImageBuilder {
             merge_distance: self.settings.merge_texels / texels_per_metre,
             sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
             set_from_world: directions.rotation().inverse().into(),
+            tolerance: self.settings.tolerance,
+            tests_triangles: u32::from(self.settings.tests_triangles),
             ..DeepGrid::default()
         };
         let builder = &mut self.builder;
