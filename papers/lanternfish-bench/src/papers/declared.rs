@@ -126,6 +126,21 @@ impl Declared {
         self.lets.iter().fold(expression.trim().to_owned(), replaced)
     }
 
+    /// Every query of the claims and tables, with the values of the tables' rows.
+    #[cfg(test)]
+    pub fn queries(&self) -> Vec<String> {
+        let claims = self.claims.iter().flat_map(|claim| [claim.figure.clone(), claim.note.clone()]);
+        let of_row = |table: &'_ Table, values: &[Value]| -> Vec<String> {
+            table.columns.iter().map(|column| with_values(column, values)).collect()
+        };
+        let tables = self.tables.iter().flat_map(|table| table.rows.iter().flat_map(move |row| of_row(table, row)));
+        let texts: Vec<String> = claims.chain(tables).map(|text| self.resolved(&text)).collect();
+        let between = |text: &String| -> Vec<String> {
+            text.split('{').skip(1).filter_map(|rest| Some(rest.split_once('}')?.0.to_owned())).collect()
+        };
+        texts.iter().flat_map(between).collect()
+    }
+
     /// The rows of a table.
     pub fn rows(&self, table: &Table, reports: &Reports) -> Vec<Row> {
         if !table.special.is_empty() {
@@ -135,10 +150,6 @@ impl Declared {
     }
 
     fn row(&self, columns: &[String], values: &[Value], reports: &Reports) -> Row {
-        let with_values = |text: &str| {
-            let replaced = |all: String, (i, value): (usize, &Value)| all.replace(&format!("${i}"), &value.to_string());
-            values.iter().enumerate().fold(text.to_owned(), replaced)
-        };
         columns.iter().fold(Row::default(), |row, column| {
             let fields: Vec<&str> = column.splitn(4, ';').map(str::trim).collect();
             match fields[..] {
@@ -153,11 +164,11 @@ impl Declared {
                     row.said_as(format_args!("{}{unit}", values[i]))
                 }
                 [key, heading, "words", query] => {
-                    let words = reports.words(&self.resolved(&with_values(query))).unwrap_or(DASH.to_owned());
+                    let words = reports.words(&self.resolved(&with_values(query, values))).unwrap_or(DASH.to_owned());
                     row.text(key.to_owned(), heading, words)
                 }
                 [key, heading, digits, expression] => {
-                    let expression = with_values(expression);
+                    let expression = with_values(expression, values);
                     let shown = self.shown(reports, &expression, digits);
                     let value = reports.value(&self.resolved(&expression)).ok();
                     row.optional(key.to_owned(), heading, value).said_as(shown.unwrap_or(NOT_MEASURED.to_owned()))
@@ -166,6 +177,12 @@ impl Declared {
             }
         })
     }
+}
+
+/// A text with the values of a row in place of `$0`, `$1` and so on.
+fn with_values(text: &str, values: &[Value]) -> String {
+    let replaced = |all: String, (i, value): (usize, &Value)| all.replace(&format!("${i}"), &value.to_string());
+    values.iter().enumerate().fold(text.to_owned(), replaced)
 }
 
 /// A text with every field between `<` and `>` replaced.

@@ -48,6 +48,11 @@ impl Reports {
 
     /// Rows of a query, and its key.
     fn query(&self, query: &str) -> Found<(Vec<Node<'_>>, String)> {
+        self.query_by(query, |condition| condition)
+    }
+
+    /// The same, with each condition as `of` makes it.
+    fn query_by(&self, query: &str, of: fn(&str) -> &str) -> Found<(Vec<Node<'_>>, String)> {
         let fields: Vec<&str> = query.split('|').map(str::trim).collect();
         let (part, key) = (fields[0], fields[fields.len() - 1].to_owned());
         let part = self.part(part)?;
@@ -56,7 +61,7 @@ impl Reports {
             3 => (fields[1], ""),
             _ => (fields[1], fields[2]),
         };
-        let conditions: Vec<&str> = conditions.split('&').map(str::trim).filter(|c| !c.is_empty()).collect();
+        let conditions: Vec<&str> = conditions.split('&').map(str::trim).filter(|c| !c.is_empty()).map(of).collect();
         let mut rows = part.rows(table)?;
         rows.retain(|row| conditions.iter().all(|condition| row.fulfils(condition)));
         if conditions.contains(&"last") {
@@ -64,6 +69,19 @@ impl Reports {
         }
         let missing = || format!("{}, table `{table}`: no row {}", part.place, conditions.join(" and "));
         if rows.is_empty() { Err(missing()) } else { Ok((rows, key)) }
+    }
+
+    /// Fails if the reports have not what a query reads: the table, the key, and a row of these names. Of a condition on a number only the key
+    /// is asked for, because sizes differ from run to run.
+    #[cfg(test)]
+    pub fn is_written(&self, query: &str) -> Found<()> {
+        fn without_numbers(condition: &str) -> &str {
+            let key = condition.split_once(['=', '>']).filter(|(_, value)| value.parse::<f64>().is_ok());
+            key.map_or(condition, |(key, _)| key)
+        }
+        let (rows, key) = self.query_by(query, without_numbers)?;
+        let has = |row: &Node<'_>| row.f64(&key).is_ok() || !row.words(&key).is_empty();
+        if rows.iter().any(has) { Ok(()) } else { Err(format!("{{{query}}}: no `{key}`")) }
     }
 
     /// Words of the first row of a query.
@@ -206,7 +224,7 @@ impl<'a> Node<'a> {
                 return holds(&words, value);
             }
         }
-        self.json.get(condition).is_some_and(|value| !value.is_null())
+        self.json.pointer(&format!("/{condition}")).is_some_and(|value| !value.is_null())
     }
 }
 
@@ -245,6 +263,25 @@ mod tests {
             assert_eq!(reports.value(expression), Ok(expected), "{expression}");
         }
         assert_eq!(reports.words("{photons | rows | texels>49 | name}"), Ok("deep, 50²".to_owned()));
+    }
+
+    #[test]
+    fn sizes_may_differ_but_names_and_keys_may_not() {
+        let reports = reports();
+        for query in
+            ["photons | runs", "photons | rows | name^deep & texels=200 | ms", "photons | rows | times/splat>9 | name"]
+        {
+            assert_eq!(reports.is_written(query), Ok(()), "{query}");
+        }
+        for query in [
+            "photons | rows | name=plain | ms",
+            "photons | rows | name=none & texels=50 | ms",
+            "photons | rows | distance=50 | ms",
+            "photons | rows | name=none | flip",
+            "photons | means | name=none | ms",
+        ] {
+            assert!(reports.is_written(query).is_err(), "{query}");
+        }
     }
 
     #[test]
