@@ -59,6 +59,8 @@ pub struct Timed {
     pub image: RenderedImage,
     /// Passes of the first frame, which builds reused structures.
     pub first: Vec<PassTime>,
+    /// Passes of every timed frame.
+    pub runs: Vec<Vec<PassTime>>,
 }
 
 /// A renderer with its scene on the device.
@@ -221,8 +223,14 @@ impl Bench {
 
     /// As [`Self::timed`], with an uploaded scene.
     pub fn timed_on(&self, stage: &mut Stage, view: &View) -> Result<Timed, RenderError> {
-        let (first, image) = least(self.runs, || stage.frame(view), |image| frame_ms(&image.report.passes))?;
-        Ok(Timed { image, first: first.report.passes })
+        let mut runs = Vec::new();
+        let frame = || {
+            let image = stage.frame(view)?;
+            runs.push(image.report.passes.clone());
+            Ok::<_, RenderError>(image)
+        };
+        let (first, image) = least(self.runs, frame, |image| frame_ms(&image.report.passes))?;
+        Ok(Timed { image, first: first.report.passes, runs: runs.split_off(1) })
     }
 
     /// Path of an image of the report, from words.

@@ -103,12 +103,12 @@ impl Declared {
         if !claim.special.is_empty() {
             return special::figure(&claim.special, reports);
         }
-        let value = reports.value(&self.resolved(&claim.figure))?;
+        let measure = reports.measure(&self.resolved(&claim.figure))?;
         let note = filled(&claim.note, |field| {
             let (expression, digits) = field.split_once(';').unwrap_or((field, "2"));
             self.shown(reports, expression, digits.trim()).unwrap_or(DASH.to_owned())
         });
-        Ok(Figure::of(value, note))
+        Ok(Figure::of(measure, note))
     }
 
     /// A figure with so many digits; `+2`: with its sign.

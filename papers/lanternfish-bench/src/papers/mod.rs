@@ -5,6 +5,7 @@
 
 mod claims;
 mod declared;
+mod measure;
 mod page;
 mod parts;
 mod query;

@@ -2,7 +2,15 @@
 
 use lanternfish_gpu::AdapterDescription;
 
-use super::{Paper, claims::NOT_MEASURED, parts::Part, query::Reports, runner::Ran, special};
+use super::{
+    Paper,
+    claims::{NOT_MEASURED, Verdict},
+    measure::margin,
+    parts::Part,
+    query::Reports,
+    runner::Ran,
+    special,
+};
 use crate::{
     document::Document,
     table::{DASH, Row, to_markdown},
@@ -65,19 +73,20 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
     let header = header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", quick);
     let mut page = Document::titled("Five papers, and what is measured here", header);
     page.paragraph(format!(
-        "{} on {}, Lanternfish {}; {}. Ratios, counts and errors have a verdict on any adapter; the speed of a graphics card has none on a \
-         software adapter. A rule stands beside each verdict.",
+        "{} on {}, Lanternfish {}; {}. A rule stands beside each verdict. Counts, memory and errors hold on any adapter; the speed of a graphics \
+         card has no verdict on a software adapter.",
         machine.adapter,
         machine.driver,
         env!("CARGO_PKG_VERSION"),
         if quick { "the quick run, of small images" } else { "the full run" }
     ));
-    if machine.is_software {
-        page.paragraph(
-            "Of a software adapter, ratios of times say little about a graphics card, and those of few runs beside other work are noisy: \
-             their verdicts hold for this machine. Counts, memory and errors hold on any.",
-        );
-    }
+    page.paragraph(format!(
+        "A claim on times is confirmed if the whole interval of the figure fulfils its rule, and within noise if a part does. Paired times: rows \
+         measured in turn, run by run, six runs or more; the figure is the median of the pairs, the interval has 95 %. Times apart: all others; \
+         the interval is that of all runs, with a margin of {} × for what changes meanwhile. Fitted: the figure rests on values that the paper \
+         does not state.",
+        margin(machine.is_software)
+    ));
     page.show(counted(papers, reports));
     let mut claims = Vec::new();
     for paper in papers {
@@ -116,9 +125,7 @@ fn counted(papers: &[Paper], reports: &Reports) -> Vec<Row> {
     let row = |paper: &Paper| {
         let declared = paper.declared();
         let judged = declared.judged(reports);
-        let columns =
-            [("confirmed", "confirmed"), ("not_confirmed", "not confirmed"), ("not_testable", "not testable here")];
-        columns.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
+        Verdict::NAMES.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
             row.number(*key, verdict, judged.iter().filter(|claim| claim.verdict.name() == *verdict).count())
         })
     };

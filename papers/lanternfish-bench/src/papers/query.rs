@@ -4,8 +4,15 @@
 //! stand between `&`. A condition is `last` (the last such row), a key alone (the row has it), or a key, an operator and a value: `=` equal,
 //! `^` begins with, `~` contains, `!~` does not contain, `>` greater. The key `steps/2` is a number in a list or an object, `steps/*` the sum of
 //! all in it. `mean{…}` is the mean over all such rows. Expressions have `+ - * /`, parentheses, and `a or b`: b where a is missing.
+//!
+//! The runs of a time stand in its row under its key and `_runs`; rows with `in_turn` were measured in turn, run by run.
 
 use serde_json::Value;
+
+use super::measure::{Measure, margin};
+
+/// Keys of times beside those that end in `_ms` or begin with `rate_`.
+const TIMES: [&str; 7] = ["ms", "times", "steps", "frame", "ranges", "range_rays", "shadow_part"];
 
 /// A figure, or why there is none.
 pub type Found<T> = Result<T, String>;
@@ -92,9 +99,26 @@ impl Reports {
 
     /// The value of an expression.
     pub fn value(&self, expression: &str) -> Found<f64> {
+        Ok(self.measure(expression)?.value)
+    }
+
+    /// The value of an expression, with the runs of its times.
+    pub fn measure(&self, expression: &str) -> Found<Measure> {
         let mut parser = Parser { reports: self, rest: expression.trim() };
         let value = parser.any()?;
         if parser.rest.is_empty() { value } else { Err(format!("{expression}: {} is left", parser.rest)) }
+    }
+
+    /// The mean of a key over rows.
+    pub fn mean<'a>(&self, rows: impl IntoIterator<Item = &'a Node<'a>>, key: &str) -> Found<Measure> {
+        let mut all = rows.into_iter().map(|row| row.measure(key, margin(self.is_software)));
+        let first = all.next().unwrap_or_else(|| Err(format!("no rows with `{key}`")));
+        let mut count = 1.0;
+        let sum = all.try_fold(first?, |sum, next| {
+            count += 1.0;
+            Ok::<_, String>(sum.with(next?, |a, b| a + b))
+        })?;
+        Ok(sum.with(Measure::exact(count), |a, b| a / b))
     }
 }
 
@@ -111,7 +135,7 @@ impl Parser<'_> {
         rest.is_some()
     }
 
-    fn any(&mut self) -> Found<Found<f64>> {
+    fn any(&mut self) -> Found<Found<Measure>> {
         let mut value = self.sum()?;
         while self.takes("or ") {
             let other = self.sum()?;
@@ -120,7 +144,7 @@ impl Parser<'_> {
         Ok(value)
     }
 
-    fn sum(&mut self) -> Found<Found<f64>> {
+    fn sum(&mut self) -> Found<Found<Measure>> {
         let mut value = self.product()?;
         loop {
             value = if self.takes("+ ") {
@@ -133,7 +157,7 @@ impl Parser<'_> {
         }
     }
 
-    fn product(&mut self) -> Found<Found<f64>> {
+    fn product(&mut self) -> Found<Found<Measure>> {
         let mut value = self.one()?;
         loop {
             value = if self.takes("* ") {
@@ -146,7 +170,7 @@ impl Parser<'_> {
         }
     }
 
-    fn one(&mut self) -> Found<Found<f64>> {
+    fn one(&mut self) -> Found<Found<Measure>> {
         if self.takes("(") {
             let value = self.any()?;
             return if self.takes(")") { Ok(value) } else { Err(format!("no ) before {}", self.rest)) };
@@ -155,21 +179,32 @@ impl Parser<'_> {
         if self.takes("{") {
             let (query, rest) = self.rest.split_once('}').ok_or_else(|| format!("no }} after {}", self.rest))?;
             self.rest = rest.trim_start();
-            let figures = self.reports.query(query).and_then(|(rows, key)| {
-                let rows = &rows[..if is_mean { rows.len() } else { 1 }];
-                rows.iter().map(|row| row.f64(&key)).collect::<Found<Vec<f64>>>()
-            });
-            return Ok(figures.map(|figures| figures.iter().sum::<f64>() / figures.len() as f64));
+            let found = self
+                .reports
+                .query(query)
+                .and_then(|(rows, key)| self.reports.mean(&rows[..if is_mean { rows.len() } else { 1 }], &key));
+            return Ok(found);
         }
         let end = self.rest.find([' ', ')']).unwrap_or(self.rest.len());
         let number = self.rest[..end].parse().map_err(|_| format!("{}: not a number", &self.rest[..end]))?;
         self.rest = self.rest[end..].trim_start();
-        Ok(Ok(number))
+        Ok(Ok(Measure::exact(number)))
     }
 }
 
-fn both(a: Found<f64>, b: Found<f64>, of: fn(f64, f64) -> f64) -> Found<f64> {
-    Ok(of(a?, b?))
+fn both(a: Found<Measure>, b: Found<Measure>, of: fn(f64, f64) -> f64) -> Found<Measure> {
+    Ok(a?.with(b?, of))
+}
+
+/// A number by its key, or by keys between slashes; `*` is the sum of all.
+fn number(json: &Value, key: &str) -> Option<f64> {
+    let Some(key) = key.strip_suffix('*') else { return json.pointer(&format!("/{key}"))?.as_f64() };
+    let inner = key.strip_suffix('/').map_or(Some(json), |key| json.get(key))?;
+    match inner {
+        Value::Array(numbers) => Some(numbers.iter().filter_map(Value::as_f64).sum()),
+        Value::Object(numbers) => Some(numbers.values().filter_map(Value::as_f64).sum()),
+        _ => None,
+    }
 }
 
 /// A report, or a row of one of its tables.
@@ -183,16 +218,22 @@ pub struct Node<'a> {
 impl<'a> Node<'a> {
     /// A number by its key, or by keys between slashes; `*` is the sum of all.
     pub fn f64(&self, key: &str) -> Found<f64> {
-        let missing = || format!("{}: no number `{key}`", self.place);
-        if let Some(key) = key.strip_suffix("/*") {
-            let sum = |numbers: Vec<&Value>| numbers.into_iter().filter_map(Value::as_f64).sum();
-            return match self.json.get(key) {
-                Some(Value::Array(numbers)) => Ok(sum(numbers.iter().collect())),
-                Some(Value::Object(numbers)) => Ok(sum(numbers.values().collect())),
-                _ => Err(missing()),
-            };
+        number(self.json, key).ok_or_else(|| format!("{}: no number `{key}`", self.place))
+    }
+
+    /// The same with the runs, if it is a time.
+    pub fn measure(&self, key: &str, margin: f64) -> Found<Measure> {
+        let value = self.f64(key)?;
+        let (base, inner) = key.split_once('/').map_or((key, None), |(base, inner)| (base, Some(inner)));
+        if !base.ends_with("_ms") && !base.starts_with("rate_") && !TIMES.contains(&base) {
+            return Ok(Measure::exact(value));
         }
-        self.json.pointer(&format!("/{key}")).and_then(Value::as_f64).ok_or_else(missing)
+        let runs = self.json.get(format!("{base}_runs")).and_then(Value::as_array);
+        let of_run = |run| inner.map_or_else(|| Value::as_f64(run), |inner| number(run, inner));
+        let runs = runs.into_iter().flatten().filter_map(of_run).collect();
+        let table = self.place.rsplit_once(", row ").map_or(&*self.place, |(table, _)| table);
+        let together = if self.json.get("in_turn").is_some() { table } else { &self.place };
+        Ok(Measure::time(value, runs, margin, Some(together.to_owned())))
     }
 
     /// Words by their key; none where there are none.

@@ -3,7 +3,7 @@
 //! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each pass and frame
 //! is reported ([`lanternfish_cli::replay`]).
 
-mod claims;
+pub mod claims;
 pub mod page;
 
 use lanternfish::techniques::ClusterShape;
