@@ -5,6 +5,7 @@ use std::{
     fmt::Display,
     fs,
     path::{Path, PathBuf},
+    time::{Duration, Instant},
 };
 
 use clap::Args;
@@ -36,6 +37,9 @@ pub struct RunArgs {
     /// Number of timed runs, after one warm-up run.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
+    /// Leaves out rows that would begin after this time. The first row of each table is measured.
+    #[arg(long, value_name = "SECONDS", hide_short_help = true)]
+    pub seconds: Option<f64>,
     /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
@@ -48,6 +52,8 @@ pub struct Bench {
     /// Shared by all configurations, so that common pipelines are compiled once.
     pub engine: Engine,
     pub runs: u32,
+    /// When no further row begins.
+    deadline: Option<Instant>,
     progress: RefCell<Progress>,
     report: RefCell<Document>,
     left_out: RefCell<Vec<LeftOut>>,
@@ -101,7 +107,8 @@ impl Bench {
             None => Document::new(title, &gpu, args.runs),
         };
         let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
-        Ok(Self { folder, gpu, engine, runs: args.runs, progress, report, left_out })
+        let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
+        Ok(Self { folder, gpu, engine, runs: args.runs, deadline, progress, report, left_out })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -132,7 +139,16 @@ impl Bench {
         work(&mut self.progress.borrow_mut())
     }
 
-    /// Rows of all cases. A case that fails with [`Err`] ends the benchmark.
+    /// True if a row may begin; else `what` is listed as left out.
+    pub fn has_time(&self, what: &str) -> bool {
+        let has_time = self.deadline.is_none_or(|deadline| Instant::now() < deadline);
+        if !has_time {
+            self.leave_out(what, "no time left");
+        }
+        has_time
+    }
+
+    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends the benchmark.
     pub fn rows<C, R, E>(
         &self,
         step: &'static str,
@@ -140,7 +156,8 @@ impl Bench {
         name: impl Fn(&C) -> String,
         mut row: impl FnMut(&C) -> Result<R, E>,
     ) -> Result<Vec<R>, E> {
-        cases.into_iter().map(|case| self.step(step, &name(&case), || row(&case))).collect()
+        let cases = cases.into_iter().enumerate().filter(|(i, case)| *i == 0 || self.has_time(&name(case)));
+        cases.map(|(_, case)| self.step(step, &name(&case), || row(&case))).collect()
     }
 
     /// The report, to which tables are added.

@@ -12,6 +12,9 @@ use super::{
 };
 use crate::table::{DASH, Row};
 
+/// Samples a pixel of the path tracer's image below which no claim on errors is judged.
+const LEAST_SAMPLES: f64 = 32.0;
+
 /// A paper, beside ours.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -103,7 +106,9 @@ impl Declared {
         if !claim.special.is_empty() {
             return special::figure(&claim.special, reports);
         }
-        let measure = reports.measure(&self.resolved(&claim.figure))?;
+        let expression = self.resolved(&claim.figure);
+        has_reference(&expression, reports)?;
+        let measure = reports.measure(&expression)?;
         let note = filled(&claim.note, |field| {
             let (expression, digits) = field.split_once(';').unwrap_or((field, "2"));
             self.shown(reports, expression, digits.trim()).unwrap_or(DASH.to_owned())
@@ -185,6 +190,19 @@ fn with_values(text: &str, values: &[Value]) -> String {
     values.iter().enumerate().fold(text.to_owned(), replaced)
 }
 
+/// Fails if an error against the path tracer is asked for whose image has few samples.
+fn has_reference(expression: &str, reports: &Reports) -> Found<()> {
+    let is_error = ["| flip}", "energy}"].iter().any(|key| expression.contains(key));
+    let part = expression.trim_start_matches(['(', '{']).split('|').next().unwrap_or_default().trim();
+    let samples = reports.part(part).and_then(|part| part.f64("truth_samples")).unwrap_or(LEAST_SAMPLES);
+    if is_error && samples < LEAST_SAMPLES {
+        return Err(format!(
+            "{part}: the path tracer's image has {samples} samples a pixel, errors need {LEAST_SAMPLES}"
+        ));
+    }
+    Ok(())
+}
+
 /// A text with every field between `<` and `>` replaced.
 fn filled(text: &str, field: impl Fn(&str) -> String) -> String {
     let mut parts = text.split('<');
@@ -213,4 +231,12 @@ fn declarations_are_complete_and_every_expression_can_be_read() {
         }
         assert!(!declared.comparable(&none).contains('<'), "{paper:?}");
     }
+}
+
+#[test]
+fn errors_need_an_image_with_many_samples() {
+    let mut reports = Reports::default();
+    reports.add("photons", Ok(serde_json::json!({ "truth_samples": 4 })));
+    let of = |key: &str| has_reference(&format!("({{photons | rows | name=a | {key}}}) / 2"), &reports).is_ok();
+    assert_eq!(["flip", "indirect_energy", "bytes"].map(of), [false, false, true]);
 }

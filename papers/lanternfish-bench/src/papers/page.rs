@@ -6,14 +6,14 @@ use super::{
     Paper,
     claims::{NOT_MEASURED, Verdict},
     measure::margin,
-    parts::Part,
+    parts::{Form, Part},
     query::Reports,
     runner::Ran,
     special,
 };
 use crate::{
     document::Document,
-    table::{DASH, Row, to_markdown},
+    table::{Row, to_markdown},
 };
 
 pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:90rem;padding:0 1rem;color:#222}\
@@ -61,16 +61,16 @@ impl RanPart {
             .map_or_else(|reason| format!("{NOT_MEASURED}, because {reason}"), |_| "measured".to_owned());
         let row =
             Row::default().text("part", "part", &part.name).text("command", "command", command.unwrap_or_default());
-        let row = row.optional("seconds", "seconds", ran.seconds);
-        let row = row.said_as(ran.seconds.map_or(DASH.to_owned(), |seconds| format!("{seconds:.0}")));
+        let row = row.maybe("seconds", "seconds", 0, ran.seconds).text("commit", "commit", &ran.commit);
         Self(row.text("outcome", "outcome", outcome.replace('|', "/")))
     }
 }
 
 /// All of it.
-pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports, ran: &[RanPart]) -> Document {
+pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, ran: &[RanPart]) -> Document {
     let header = Row::default().data("version", env!("CARGO_PKG_VERSION")).data("adapter", &machine.adapter);
-    let header = header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", quick);
+    let header =
+        header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", form == Form::Quick);
     let mut page = Document::titled("Five papers, and what is measured here", header);
     page.paragraph(format!(
         "{} on {}, Lanternfish {}; {}. A rule stands beside each verdict. Counts, memory and errors hold on any adapter; the speed of a graphics \
@@ -78,7 +78,11 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
         machine.adapter,
         machine.driver,
         env!("CARGO_PKG_VERSION"),
-        if quick { "the quick run, of small images" } else { "the full run" }
+        match form {
+            Form::Full => "the full run",
+            Form::Quick => "the quick run, of small images",
+            Form::Card => "the run of nine minutes for a graphics card",
+        }
     ));
     page.paragraph(format!(
         "A claim on times is confirmed if the whole interval of the figure fulfils its rule, and within noise if a part does. Paired times: rows \

@@ -21,7 +21,7 @@ fn every_claim_is_on_the_page_once_with_a_verdict() {
     let mut reports = Reports::default();
     reports.add("attenuation", Ok(Value::from("<svg></svg>")));
     reports.add("clustered-track", Err("it took too long".to_owned()));
-    let page = page::page(&PAPERS, &machine(), true, &reports, &[]);
+    let page = page::page(&PAPERS, &machine(), Form::Quick, &reports, &[]);
     let (html, json): (String, Value) = (page.to_html(""), serde_json::from_str(&page.to_json()).unwrap());
     let rows = json["claims"].as_array().unwrap();
     assert_eq!(rows.len(), CLAIMS.iter().sum::<usize>());
@@ -46,11 +46,11 @@ fn a_page_of_nothing_says_so_of_each_claim() {
         let outcome = Err("the device was lost".to_owned());
         ran.push(RanPart::of(
             part,
-            &(Some(vec![part.name.clone()]), Ran { outcome: outcome.clone(), seconds: Some(1.5) }),
+            &(Some(vec![part.name.clone()]), Ran { seconds: Some(1.5), ..Ran::left_out("the device was lost") }),
         ));
         reports.add(&part.name, outcome);
     }
-    let page = page::page(&PAPERS, &machine(), false, &reports, &ran);
+    let page = page::page(&PAPERS, &machine(), Form::Full, &reports, &ran);
     let json: Value = serde_json::from_str(&page.to_json()).unwrap();
     for row in json["claims"].as_array().unwrap() {
         assert_eq!(
@@ -68,9 +68,11 @@ fn every_part_is_a_command_in_both_forms() {
     let (nowhere, folder) = (Path::new("nowhere"), Path::new("out/part"));
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs");
     for part in &parts() {
-        for (quick, docs) in [(true, nowhere), (false, nowhere), (false, Path::new(docs))] {
-            let Some(words) = part.arguments(quick, docs, folder, Some("cpu")) else {
-                assert!(quick, "{}: a full run has every part", part.name);
+        for (form, docs) in
+            [(Form::Quick, nowhere), (Form::Card, nowhere), (Form::Full, nowhere), (Form::Full, Path::new(docs))]
+        {
+            let Some(words) = part.arguments(form, docs, folder, Some("cpu")) else {
+                assert!(form != Form::Full, "{}: a full run has every part", part.name);
                 continue;
             };
             let program = std::iter::once("lanternfish-bench".to_owned());
@@ -81,12 +83,14 @@ fn every_part_is_a_command_in_both_forms() {
     }
     let all = parts();
     let track = all.iter().find(|part| part.name == "clustered-track").unwrap();
-    let words = track.arguments(true, nowhere, folder, None).unwrap();
+    let words = track.arguments(Form::Quick, nowhere, folder, None).unwrap();
     assert!(words.contains(&folder.join("atrium.toml").display().to_string()), "{words:?}");
     let mut names: Vec<_> = all.iter().map(|part| &part.name).collect();
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), parts().len());
+    let of_card: f64 = all.iter().filter_map(|part| part.card_seconds).sum();
+    assert!((480.0..=540.0).contains(&of_card), "{of_card} s are not nine minutes");
     for paper in &PAPERS {
         assert!(all.iter().any(|part| part.papers.contains(paper)), "{paper:?}");
     }
