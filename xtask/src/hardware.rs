@@ -5,8 +5,10 @@
 //! - `run.sh` and the scripts that it sources; see `run.sh --help`;
 //! - `lanternfish.tar.gz` and `lanternfish-bench.tar.gz`: the command line and the benches, built for release, without symbols;
 //! - `tests.tar.gz`: the test programs that need an adapter, as built by `cargo xtask test`, without symbols;
-//! - `shared.tar.gz`: scenes, a shot and a track, in the layout of `LANTERNFISH_SHARED`;
+//! - `shared.tar.gz`: scenes, shots and tracks, in the layout of `LANTERNFISH_SHARED`;
 //! - `lib.tar.gz`: libraries that `run.sh` provides to a machine that lacks them.
+//!
+//! `cargo xtask hardware papers` packs a kit of the five papers: the Bistro in place of the city, and no tests.
 
 mod libraries;
 pub mod programs;
@@ -35,21 +37,38 @@ const SCRIPTS: [(&str, &str); 4] = [
     ("run.sh", include_str!("hardware/kit/run.sh")),
 ];
 
-/// Scenes, below the shared folder.
-const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb"];
+/// Scenes, below the shared folder: of either kit, of the kit for tests, and of the papers' kit.
+const SCENES: [&str; 3] =
+    ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb", "assets/bistro/bistro-exterior.glb"];
 
-/// A shot, below `docs`, and the start of its scene's path there and in the kit, where `shots` lies beside `assets`.
-const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/", "\"../");
+/// Shots, below `docs`, each with the number of its scene.
+const SHOTS: [(&str, usize); 5] = [
+    ("shots/sponza-ten.toml", 0),
+    ("shots/virtual-lights-walk.toml", 0),
+    ("shots/indirect-sponza.toml", 0),
+    ("shots/deep-images-sponza.toml", 0),
+    ("tracks/bistro.toml", 2),
+];
+/// The start of a scene's path in a shot, there and in the kit, where `shots` lies beside `assets`.
+const START: [&str; 2] = ["\"../../../shared/", "\"../"];
 
 /// A track, below `docs`, and the lines that the kit leaves out: a walk chooses its technique.
 const TRACK: (&str, [&str; 2]) = ("tracks/atrium.toml", ["shadows = \"none\"\n", "indirect = \"none\"\n"]);
 
-/// Builds, and packs the kit.
-pub fn run() -> Result<(), String> {
+/// Builds, and packs the kit; `papers`: that of the five papers.
+pub fn run(words: &[String]) -> Result<(), String> {
+    let of_papers = match words {
+        [] => false,
+        [word] if word == "papers" => true,
+        _ => return Err(format!("hardware takes `papers` alone, no {words:?}")),
+    };
     programs::check_strip()?;
     let packages = ["--package", "lanternfish-cli", "--package", "lanternfish-bench"];
     let release = programs::build(&mut cargo(["build", "--release"].iter().chain(&packages)))?;
-    let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;
+    let tests = match of_papers {
+        true => None,
+        false => Some(programs::build(cargo(test::TARGETS).arg("--no-run"))?),
+    };
 
     let kit = workspace().join("target/hardware");
     // The contents to pack, and a scratch folder for unpacked packages.
@@ -64,10 +83,10 @@ pub fn run() -> Result<(), String> {
     for program in &programs::RELEASED {
         programs::strip(&program.find(&release)?, &contents.join(program.name))?;
     }
-    for program in &programs::TESTS {
-        programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
+    for (program, tests) in programs::TESTS.iter().flat_map(|program| tests.iter().map(move |tests| (program, tests))) {
+        programs::strip(&program.find(tests)?, &contents.join("tests").join(program.name))?;
     }
-    copy_scenes(&contents.join("shared"))?;
+    copy_scenes(&contents.join("shared"), if of_papers { &[0, 2] } else { &[0, 1] })?;
     copy_track(&contents.join("shared"))?;
     if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
         eprintln!("==> Left out: libraries ({what})");
@@ -100,10 +119,10 @@ fn table(files: &[(String, u64)]) -> Result<String, String> {
     Ok(table)
 }
 
-/// Copies the scenes that are present, and the shot if its scene is.
-fn copy_scenes(shared: &Path) -> Result<(), String> {
+/// Copies the scenes of these numbers that are present, and the shots of them.
+fn copy_scenes(shared: &Path, scenes: &[usize]) -> Result<(), String> {
     let source = env::var_os("LANTERNFISH_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
-    for scene in SCENES {
+    for scene in scenes.iter().map(|scene| SCENES[*scene]) {
         let (from, to) = (source.join(scene), shared.join(scene));
         if !from.is_file() {
             eprintln!("==> Left out: {scene} (not in {})", source.display());
@@ -113,17 +132,21 @@ fn copy_scenes(shared: &Path) -> Result<(), String> {
             .and_then(|()| fs::copy(&from, &to))
             .map_err(|error| format!("{}: {error}", from.display()))?;
     }
-    let (shot, start, start_in_kit) = SHOT;
+    SHOTS
+        .iter()
+        .filter(|(_, scene)| shared.join(SCENES[*scene]).is_file())
+        .try_for_each(|(shot, _)| copy_shot(shared, shot))
+}
+
+/// Copies a shot, with the path of its scene in the kit.
+fn copy_shot(shared: &Path, shot: &str) -> Result<(), String> {
     let (from, to) = (workspace().join("docs").join(shot), shared.join(shot));
-    if !shared.join(SCENES[0]).is_file() {
-        return Ok(());
-    }
     let text = fs::read_to_string(&from).map_err(|error| format!("{}: {error}", from.display()))?;
-    if !text.contains(start) {
-        return Err(format!("{}: no path that starts with {start}", from.display()));
+    if !text.contains(START[0]) {
+        return Err(format!("{}: no path that starts with {}", from.display(), START[0]));
     }
     fs::create_dir_all(to.parent().expect("a file lies in a folder"))
-        .and_then(|()| fs::write(&to, text.replace(start, start_in_kit)))
+        .and_then(|()| fs::write(&to, text.replace(START[0], START[1])))
         .map_err(|error| format!("{}: {error}", to.display()))
 }
 
