@@ -56,6 +56,24 @@ pub struct Table {
     special: String,
 }
 
+impl Table {
+    /// True if a column has a figure that was measured.
+    pub fn has_figures(&self, rows: &[Row]) -> bool {
+        let mut keys = self.columns.iter().filter(|column| column.matches(';').count() > 2);
+        let is_figure = |row: &Row, key: &str| {
+            let value = row.get(key);
+            value.is_number() || value.as_str().is_some_and(|words| words != DASH)
+        };
+        let is_measured = |key: &str| rows.iter().any(|row| is_figure(row, key));
+        match self.columns.is_empty() {
+            true => !rows.is_empty(),
+            false => {
+                keys.any(|column| column.contains('{') && is_measured(column.split(';').next().unwrap_or_default()))
+            }
+        }
+    }
+}
+
 /// A value of the paper.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]

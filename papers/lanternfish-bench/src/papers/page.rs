@@ -102,20 +102,26 @@ pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, 
         page.subheading("Claims");
         page.show(rows.iter().cloned());
         claims.extend(rows);
+        let mut without_figures = Vec::new();
         for table in &declared.tables {
-            page.subheading(&table.heading);
             let rows = declared.rows(table, reports);
+            if !table.has_figures(&rows) {
+                without_figures.push(table.heading.clone());
+                continue;
+            }
+            page.subheading(&table.heading);
             if !table.text.is_empty() {
                 page.paragraph(table.text.as_str());
             }
-            match rows.is_empty() {
-                true => page.paragraph(NOT_MEASURED),
-                false => page.show(rows.iter().cloned()),
-            }
+            page.show(rows.iter().cloned());
             page.keep(table.key.clone(), rows);
         }
         if *paper == Paper::VanGelderen {
             special::plots(&mut page, reports);
+        }
+        if !without_figures.is_empty() {
+            page.subheading("Not measured");
+            page.list(without_figures);
         }
     }
     page.keep("claims", claims);

@@ -232,7 +232,9 @@ impl<'a> Node<'a> {
         let of_run = |run| inner.map_or_else(|| Value::as_f64(run), |inner| number(run, inner));
         let runs = runs.into_iter().flatten().filter_map(of_run).collect();
         let table = self.place.rsplit_once(", row ").map_or(&*self.place, |(table, _)| table);
-        let together = if self.json.get("in_turn").is_some() { table } else { &self.place };
+        // A part of a frame is of one frame, whenever that was.
+        let is_of_one = self.json.get("in_turn").is_some() || base == "shadow_part";
+        let together = if is_of_one { table } else { &self.place };
         Ok(Measure::time(value, runs, margin, Some(together.to_owned())))
     }
 
