@@ -12,12 +12,19 @@ use lanternfish_scene::Setting;
 pub struct Case {
     pub name: String,
     pub settings: Settings,
+    /// True if the scene's main light alone shines, as in [Archer2019].
+    pub has_one_light: bool,
 }
 
 impl Case {
     /// A case with these settings.
     pub fn new(name: impl Into<String>, settings: Settings) -> Self {
-        Self { name: name.into(), settings }
+        Self { name: name.into(), settings, has_one_light: false }
+    }
+
+    /// The same under the main light alone.
+    pub fn under_one_light(self) -> Self {
+        Self { has_one_light: true, ..self }
     }
 
     /// `look` with changes, as [`changed`] reads them.

@@ -95,7 +95,7 @@ impl ForwardPlus {
     /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
     fn row(
         &self,
-        Case { name, settings }: &Case,
+        Case { name, settings, .. }: &Case,
         paper_ms: Option<f64>,
         first: &mut Option<RenderedImage>,
         none: Option<&Row>,

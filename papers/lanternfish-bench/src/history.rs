@@ -27,12 +27,12 @@ const TEXT: &str = "The walk is the shot's track up to its middle, or one frame 
 /// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "history", "Temporal accumulation")?;
-    let (bench, changed) = (&of.bench, of.view.with(changed(&of.view.scene)));
+    let (bench, changed) = (&of.bench, of.lit.view.with(changed(&of.lit.view.scene)));
     let reference = bench.step("ground_truth", "Tracing the changed light", || {
         changed.reference(bench, GroundTruth::OneBounceFile, args.spp)
     })?;
-    let requested = args.requested(cases(&of.view.look, args.quick));
-    let row = |Case { name, settings }: &&Case| {
+    let requested = args.requested(cases(&of.lit.view.look, args.quick));
+    let row = |Case { name, settings, .. }: &&Case| {
         let walked = of.walked(settings)?;
         let errors = of.keep(name, &walked)?;
         let images = of.after_change(settings, &changed.scene)?;
@@ -62,24 +62,24 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
 impl OneBounce {
     /// Renders the frames of the walk to the camera of the reference, and returns the last.
     fn walked(&self, settings: &Settings) -> Result<RenderedImage, CliError> {
-        let (mut stage, mut view) = (self.bench.stage(&self.view.scene, settings)?, self.view.clone());
+        let (mut stage, mut view) = (self.bench.stage(&self.lit.view.scene, settings)?, self.lit.view.clone());
         for camera in &self.cameras[..self.cameras.len() / 2] {
             view.camera = camera.clone();
             stage.frame(&view)?;
         }
-        Ok(stage.frame(&self.view)?)
+        Ok(stage.frame(&self.lit.view)?)
     }
 
     /// Renders [`BEFORE`] frames of the scene and then frames of `changed`, with the camera at rest. Returns those of [`AFTER`].
     fn after_change(&self, settings: &Settings, changed: &Scene) -> Result<Vec<RenderedImage>, CliError> {
-        let mut stage = self.bench.stage(&self.view.scene, settings)?;
+        let mut stage = self.bench.stage(&self.lit.view.scene, settings)?;
         for _ in 0..BEFORE {
-            stage.frame(&self.view)?;
+            stage.frame(&self.lit.view)?;
         }
         stage.update(changed)?;
         let mut images = Vec::new();
         for number in 1..=AFTER[2] {
-            let image = stage.frame(&self.view)?;
+            let image = stage.frame(&self.lit.view)?;
             images.extend(AFTER.contains(&number).then_some(image));
         }
         Ok(images)

@@ -9,7 +9,7 @@ use lanternfish::{
         LightChoice, LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
-use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DirectionSet, Hbao};
+use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao};
 
 use super::*;
 use crate::{
@@ -57,7 +57,7 @@ fn every_flag_reaches_its_setting() {
                  --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
-                 --deep-search linear_steps --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
+                 --deep-search linear_steps --deep-store linked_list --deep-test off --deep-tolerance 1.5 --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings::default()
@@ -86,6 +86,9 @@ fn every_flag_reaches_its_setting() {
             sort: DeepSort::Blocks,
             merge_texels: 0.5,
             search: DeepSearch::LinearSteps,
+            store: DeepStore::LinkedList,
+            tests_triangles: false,
+            tolerance: 1.5,
             ..DeepImageSettings::default()
         })
         .with_accumulate(5)

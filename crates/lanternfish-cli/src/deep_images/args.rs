@@ -153,7 +153,7 @@ impl DeepImageArgs {
     pub fn settings(&self, limit: u32) -> Result<DeepImageSettings, CliError> {
         // The single pass draws three axes side by side.
         let drawn = match self.builder {
-            DeepBuilder::SinglePass => 3 * self.resolution * self.supersampling,
+            DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => 3 * self.resolution * self.supersampling,
             // This builder does not rasterize.
             DeepBuilder::PerTriangle => 0,
             DeepBuilder::PerDirection | DeepBuilder::DepthPeeling => self.resolution,
@@ -167,7 +167,7 @@ impl DeepImageArgs {
                 "choose a smaller --resolution, or --builder per_triangle, which does not rasterize",
             ));
         }
-        if self.supersampling > 1 && self.builder != DeepBuilder::SinglePass {
+        if self.supersampling > 1 && !self.builder.is_single_pass() {
             return Err(CliError::new(
                 format!("--supersampling {}: --builder {} has nothing to sample", self.supersampling, self.builder),
                 "leave it out, or choose --builder single_pass",

@@ -71,7 +71,7 @@ pub fn build(
     let step = |name: &str| ms_of(&passes, &format!("deep_images/{name}"));
     // Passes that draw all triangles, each into one or all images of a chunk.
     let draws = match settings.builder {
-        DeepBuilder::SinglePass => Some("deep_images/sample"),
+        DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => Some("deep_images/sample"),
         DeepBuilder::PerTriangle => None,
         DeepBuilder::PerDirection => Some("deep_images/gather"),
         // One pass per layer of surfaces, and a last one that finds no fragments.

@@ -20,8 +20,17 @@ const MOST_BYTES: f64 = 4e9;
 const UNEVEN: f64 = 3.0;
 
 /// Names of the tables: the titles of [`groups`] in lower case, and the crossings'.
-pub const TABLES: [&str; 8] =
-    ["directions", "supersampling", "resolution", "stores", "sorts", "searches", "builders", super::crossings::TABLE];
+pub const TABLES: [&str; 9] = [
+    "directions",
+    "supersampling",
+    "resolution",
+    "stores",
+    "sorts",
+    "searches",
+    "tolerances",
+    "builders",
+    super::crossings::TABLE,
+];
 
 /// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169 alone.
 const STACKS: [(u32, u32); 6] = [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)];
@@ -47,9 +56,13 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let finer = |builder| DeepImageSettings { resolution: 2 * default.resolution, ..by(builder, all) };
     // [Archer2019, table 2], and as many as usual, which its text has.
     let stacks: &[_] = if quick { &[(2, 2), (2, 4)] } else { &STACKS };
-    let each = DeepImageSettings { builder: DeepBuilder::PerDirection, ..archer(stacks[stacks.len() - 1]) };
+    let his = archer(stacks[stacks.len() - 1]);
+    let each = DeepImageSettings { builder: DeepBuilder::PerDirection, ..his };
     let ours = stacks.iter().map(|(stacks, slices)| of(stacks * slices));
-    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).collect();
+    // Three directions of 480² texels, which rays cross: the competitor of [Archer2019, §4].
+    let texels = if quick { 32 } else { 480 };
+    let three = DeepImageSettings { directions: DirectionSet::Cube { k: 1 }, resolution: texels, ..default };
+    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).chain([three]).collect();
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // The second and the last are in [Niessner2010, table 1].
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
@@ -57,10 +70,15 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let finer_samples = |n: &u32| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) };
     let stored = |store, depth, payload| DeepImageSettings { store, depth, payload, ..of(all) };
     let searches = |resolution| {
-        DeepSearch::ALL.iter().map(move |search| DeepImageSettings { search: *search, resolution, ..of(all) })
+        DeepSearch::ALL.iter().map(|search| DeepImageSettings { search: *search, resolution, ..of(all) }).collect()
     };
-    let sorts =
-        |resolution| DeepSort::ALL.iter().map(move |sort| DeepImageSettings { sort: *sort, resolution, ..of(all) });
+    let sorts = |resolution| {
+        DeepSort::ALL.iter().map(|sort| DeepImageSettings { sort: *sort, resolution, ..of(all) }).collect()
+    };
+    // At the usual resolution and at twice that; and Archer's images, once with their own and once with another.
+    let twice = |rows: &dyn Fn(u32) -> Vec<DeepImageSettings>, other| {
+        [rows(default.resolution), rows(2 * default.resolution), vec![his, other]].concat()
+    };
     let group = |title, rows: Vec<DeepImageSettings>| Group {
         title,
         rows,
@@ -74,26 +92,41 @@ pub fn groups(quick: bool) -> Vec<Group> {
         stored(DeepStore::LinearArray, DeepDepth::Bits16, false),
         stored(DeepStore::LinkedList, DeepDepth::Bits32, true),
         stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
+        // Lists against arrays [Archer2019, §3.1].
+        his,
+        DeepImageSettings { store: DeepStore::LinkedList, ..his },
+        DeepImageSettings { store: DeepStore::SortedLinkedList, ..his },
     ];
-    let builders = vec![
+    // ε of [Niessner2010, §3.2, fig. 3].
+    let tolerances: &[f32] = if quick { &[0.25, 1.0] } else { &[0.0, 0.25, 0.5, 1.0, 2.0] };
+    let tolerant = |tolerance: &f32| DeepImageSettings { tolerance: *tolerance, ..of(all) };
+    // His images, 96 directions of 128² in half as many images [Niessner2010, §7], by his builder and by others.
+    let (k, resolution) = if quick { (1, 32) } else { (4, 128) };
+    let cube = |builder| DeepImageSettings { builder, directions: DirectionSet::Cube { k }, resolution, ..default };
+    let cubes = [DeepBuilder::DepthPeeling, DeepBuilder::PerTriangle, DeepBuilder::SinglePassLiteral].map(cube);
+    let builders = [
         by(DeepBuilder::SinglePass, few),
+        by(DeepBuilder::SinglePassLiteral, few),
         by(DeepBuilder::PerTriangle, few),
         by(DeepBuilder::PerDirection, few),
         // Takes minutes with all directions, so it is measured with few.
         by(DeepBuilder::DepthPeeling, few),
         by(DeepBuilder::SinglePass, all),
+        by(DeepBuilder::SinglePassLiteral, all),
         by(DeepBuilder::PerTriangle, all),
         by(DeepBuilder::PerDirection, all),
         finer(DeepBuilder::SinglePass),
         finer(DeepBuilder::PerTriangle),
     ];
+    let builders = builders.into_iter().chain(cubes).collect();
     vec![
         group("Directions", directions),
         group("Supersampling", supersamplings.iter().map(finer_samples).collect()),
         group("Resolution", resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect()),
         group("Stores", stores),
-        group("Sorts", [1, 2].into_iter().flat_map(|times| sorts(times * default.resolution)).collect()),
-        group("Searches", [1, 2].into_iter().flat_map(|times| searches(times * default.resolution)).collect()),
+        group("Sorts", twice(&sorts, DeepImageSettings { sort: DeepSort::Selection, ..his })),
+        group("Searches", twice(&searches, DeepImageSettings { search: DeepSearch::Bisection, ..his })),
+        group("Tolerances", tolerances.iter().map(tolerant).collect()),
         group("Builders", builders),
     ]
 }
@@ -125,6 +158,9 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     }
     if *search != DeepSearch::Bisection {
         words += ", linear steps";
+    }
+    if settings.tolerance != DeepImageSettings::default().tolerance {
+        words += &format!(", tolerance {}", settings.tolerance);
     }
     if !payload {
         words += ", no triangles";

@@ -32,7 +32,7 @@ impl DirectLight {
 
     fn one_frame_of(
         &self,
-        Case { name, settings }: &Case,
+        Case { name, settings, .. }: &Case,
         reference: &mut Option<RenderedImage>,
     ) -> Result<Row, CliError> {
         let mut stage = self.bench.stage(&self.view.scene, settings)?;

@@ -42,7 +42,7 @@ impl DirectLight {
         Ok((best, 1e3 * start.elapsed().as_secs_f64()))
     }
 
-    fn price(&self, view: &View, Case { name, settings }: &Case) -> Result<Row, CliError> {
+    fn price(&self, view: &View, Case { name, settings, .. }: &Case) -> Result<Row, CliError> {
         let (image, update) = self.measured(view, settings)?;
         let ms = |start: &str| ms_of(&image.report.passes, start);
         let direct_ms: f64 = ["light_culling/", "shadows/", "direct_light/", "shading/"].map(ms).iter().sum();

@@ -202,6 +202,8 @@ pub struct Plan {
     pub soft: Vec<ImageSet>,
     /// Images for diffuse and glossy light together [Niessner2010, fig. 1].
     pub parts: ImageSet,
+    /// Images for diffuse light with his filter [Niessner2010, §7].
+    pub filtered: ImageSet,
 }
 
 impl Plan {
@@ -230,6 +232,7 @@ impl Plan {
             cached: groups.first().map(|group| group.set).filter(|_| !quick),
             soft: soft.map(|resolution| ImageSet { k: most, resolution: *resolution }).collect(),
             parts: ImageSet { k: of_parts, resolution: resolutions[0] },
+            filtered: ImageSet { k: ks[0], resolution: resolutions[0] },
             groups,
             through_bvh,
         }
@@ -290,7 +293,7 @@ mod tests {
         assert_eq!(fine.groups.iter().map(|group| group.rows.len()).sum::<usize>(), (6 + 2 * 4) * Brdf::ALL.len());
         let sets = |sets: &[ImageSet]| sets.iter().map(|set| set.in_name()).collect::<Vec<_>>();
         assert_eq!(sets(&plan.soft), ["384x128", "384x512"]);
-        assert_eq!(sets(&[plan.parts]), ["150x128"]);
+        assert_eq!(sets(&[plan.parts, plan.filtered]), ["150x128", "96x128"]);
     }
 
     #[test]

@@ -71,6 +71,8 @@ pub struct Measured {
     pub cached: Vec<Row>,
     /// Soft shadows.
     pub soft: Vec<Row>,
+    /// Diffuse light by his filter and ours.
+    pub filters: Vec<Row>,
     /// Diffuse and glossy light together: images, and milliseconds of the frame.
     pub parts: Option<(ImageSet, f64)>,
 }
@@ -130,6 +132,11 @@ impl RayBench {
         }
         measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize])?;
         measured.soft = self.soft_shadows(&plan.soft, &measured.images)?;
+        let filters = || self.filters(plan.filtered, &measured.images, &converged[Brdf::Diffuse as usize]);
+        match bench.step("filters", "Filters of diffuse light", filters) {
+            Ok(rows) => measured.filters = rows,
+            Err(error) => bench.leave_out("filters of diffuse light", error),
+        }
         match self.parts(plan.parts, &measured.images) {
             Ok(ms) => measured.parts = Some((plan.parts, ms)),
             Err(error) => bench.leave_out("diffuse and glossy light together", error),

@@ -18,9 +18,13 @@ const RATES: &str = "Ray rates count the rays of the BRDF only; the diffuse ray 
                      their own surface are counted but not traced. *Images*: building deep images within these frames, ms; *frame*: all other \
                      passes, ms.";
 
+const FILTERS: &str = "Eight diffuse rays a pixel across texels. *His Gaussian* is plain and stops at no edge [Niessner2010, §5, §7]; its standard \
+                       deviation, which he does not give, is half its radius here. It filters the light with the surfaces' colours, on the \
+                       processor; ours filter irradiance, on the device. *FLIP*: HDR-FLIP to the mean of many frames through the BVH.";
+
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
-    let Measured { images, rows, cached, soft, parts } = measured;
+    let Measured { images, rows, cached, soft, filters, parts } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
         "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
@@ -29,6 +33,7 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     ));
     report.list(rows.iter().filter(|row| is_plain(row)).filter_map(|row| ratio(row, &rows)));
     report.section("Soft shadows (table 1, fig. 8)", &soft_shadows::text(converged_frames), "soft_shadows", soft);
+    report.section("Diffuse light through his filter", FILTERS, "filters", filters);
     let parts = parts.map(|(set, ms)| {
         let row = Row::default().data("directions", set.directions()).data("resolution", set.resolution);
         row.data("frame_ms", ms)

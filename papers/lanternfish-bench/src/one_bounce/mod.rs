@@ -3,6 +3,8 @@
 
 pub mod walk;
 
+use std::{cell::OnceCell, cmp::Ordering};
+
 use clap::Args;
 use lanternfish::{RenderedImage, settings::Settings};
 use lanternfish_cli::{
@@ -10,13 +12,13 @@ use lanternfish_cli::{
     images::{energy, energy_of},
 };
 use lanternfish_metrics::RgbImage;
-use lanternfish_scene::Camera;
+use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 use self::walk::{Walk, grey};
 use crate::{
     bench::{Bench, RunArgs, Timed, is_requested},
     case::{Case, changed},
-    ground_truths::{self, GroundTruth},
+    ground_truths::{self, GroundTruth, GroundTruthFigures},
     reference::{IndirectErrors, Reference, flip},
     table::Row,
     view::{SubjectArgs, View},
@@ -52,18 +54,54 @@ impl OneBounceArgs {
     }
 }
 
-/// Inputs and references of all configurations.
-pub struct OneBounce {
-    pub bench: Bench,
+/// A view, and the path tracer's images of it.
+pub struct Lit {
     /// The scene without sky, environment and emission, from the camera in the middle of the track.
     pub view: View,
-    pub cameras: Vec<Camera>,
     /// The path tracer's image with one bounce.
     reference: Reference,
     /// The path tracer's image without indirect light.
     direct_reference: RgbImage,
     /// Energy of the renderer's own image without indirect light.
-    direct_energy: f64,
+    pub direct_energy: f64,
+}
+
+/// Inputs and references of all configurations.
+pub struct OneBounce {
+    pub bench: Bench,
+    pub lit: Lit,
+    /// The same under the main light alone, if a case needs it.
+    of_one_light: OnceCell<Lit>,
+    spp: u64,
+    pub cameras: Vec<Camera>,
+}
+
+impl Lit {
+    /// Reads or traces the path tracer's images of a view. `name` follows the names of their files.
+    fn trace(bench: &Bench, view: View, spp: u64, name: &str) -> Result<(Self, GroundTruthFigures), CliError> {
+        let trace =
+            |doing: &str, ground_truth| bench.step("ground_truth", doing, || view.reference(bench, ground_truth, spp));
+        let direct = trace("Tracing direct light", GroundTruth::Direct)?;
+        let one_bounce = trace("Tracing one bounce", GroundTruth::OneBounceFile)?;
+        bench.write_linear(&format!("ground_truth-zero-bounces{name}"), &direct.mean, &view.look)?;
+        bench.write_linear(&format!("ground_truth-one-bounce{name}"), &one_bounce.mean, &view.look)?;
+        let hint = "add lights, e.g. --lights rain:10, or choose another view";
+        let reference = Reference::new(one_bounce.mean, energy_of(&direct.mean), hint)?;
+        let direct_energy = energy(&bench.first_frame(&view, &changed(&view.look, "indirect none"))?);
+        Ok((Self { view, reference, direct_reference: direct.mean, direct_energy }, one_bounce.figures))
+    }
+
+    fn errors(&self, image: &RenderedImage) -> Result<IndirectErrors, CliError> {
+        Ok(self.reference.errors(image, self.direct_energy)?)
+    }
+}
+
+/// The scene with its main light alone: the brightest directional one, else the brightest.
+fn under_one_light(mut scene: Scene) -> Scene {
+    let rank = |light: &Light| (light.kind == LightKind::Directional, light.intensity.element_sum());
+    let brighter = |a: &Light, b: &Light| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal);
+    scene.lights = scene.lights.into_iter().max_by(brighter).into_iter().collect();
+    scene
 }
 
 impl OneBounce {
@@ -74,61 +112,67 @@ impl OneBounce {
         // For every reference, the lights are the only light: no emission and no environment.
         view.scene = ground_truths::of_lights_alone(view.scene);
         view.camera = cameras[cameras.len() / 2].clone();
-        let trace = |doing: &str, ground_truth| {
-            bench.step("ground_truth", doing, || view.reference(&bench, ground_truth, args.spp))
-        };
-        let direct = trace("Tracing direct light", GroundTruth::Direct)?;
-        let one_bounce = trace("Tracing one bounce", GroundTruth::OneBounceFile)?;
-        bench.write_linear("ground_truth-zero-bounces", &direct.mean, &view.look)?;
-        bench.write_linear("ground_truth-one-bounce", &one_bounce.mean, &view.look)?;
-        let hint = "add lights, e.g. --lights rain:10, or choose another view";
-        let reference = Reference::new(one_bounce.mean, energy_of(&direct.mean), hint)?;
-        let noise = reference.noise(one_bounce.figures.noise_energy);
-        let (spp, halves) = (one_bounce.figures.spp, one_bounce.figures.noise_hdr_flip);
-        let facts = view.facts().data("truth_samples", spp).data("truth_noise", noise);
+        let (lit, figures) = Lit::trace(&bench, view, args.spp, "")?;
+        let noise = lit.reference.noise(figures.noise_energy);
+        let (spp, halves) = (figures.spp, figures.noise_hdr_flip);
+        let facts = lit.view.facts().data("truth_samples", spp).data("truth_noise", noise);
         bench.facts(facts.data("truth_halves_flip", halves));
-        bench.report().introduction(&view.text(), &format!("least of {} runs, device time", bench.runs));
+        bench.report().introduction(&lit.view.text(), &format!("least of {} runs, device time", bench.runs));
         bench.report().paragraph(format!(
             "Reference: {spp} samples per pixel, energy of its bounce ± {:.1} %, FLIP between its halves {halves:.4}, of which an exact image \
              would have about half. *Energy*: ratio of indirect light alone to the path tracer's one bounce. *FLIP*: HDR-FLIP of the \
              complete image.",
             100.0 * noise
         ));
-        let direct_energy = energy(&bench.first_frame(&view, &changed(&view.look, "indirect none"))?);
-        Ok(Self { bench, view, cameras, reference, direct_reference: direct.mean, direct_energy })
+        Ok(Self { bench, lit, of_one_light: OnceCell::new(), spp: args.spp, cameras })
+    }
+
+    /// What a case is measured on.
+    pub fn lit(&self, case: &Case) -> Result<&Lit, CliError> {
+        if !case.has_one_light || self.lit.view.scene.lights.len() == 1 {
+            return Ok(&self.lit);
+        }
+        if self.of_one_light.get().is_none() {
+            let view = self.lit.view.with(under_one_light(self.lit.view.scene.clone()));
+            let (lit, _) = Lit::trace(&self.bench, view, self.spp, ", one light")?;
+            let _ = self.of_one_light.set(lit);
+        }
+        Ok(self.of_one_light.get().expect("just set"))
     }
 
     /// Settings without indirect light.
     fn without(&self) -> Settings {
-        changed(&self.view.look, "indirect none")
+        changed(&self.lit.view.look, "indirect none")
     }
 
     /// Renders a configuration of the table, compares its image, and writes it to the folder.
     pub fn row(&self, case: &Case) -> Result<(Timed, IndirectErrors), CliError> {
-        let timed = self.bench.timed(&self.view, &case.settings)?;
-        let errors = self.keep(&case.name, &timed.image)?;
+        let lit = self.lit(case)?;
+        let timed = self.bench.timed(&lit.view, &case.settings)?;
+        self.bench.write(&case.name, &timed.image)?;
+        let errors = lit.errors(&timed.image)?;
         Ok((timed, errors))
     }
 
     /// Compares an image, which goes to the folder under a name.
     pub fn keep(&self, name: &str, image: &RenderedImage) -> Result<IndirectErrors, CliError> {
         self.bench.write(name, image)?;
-        Ok(self.reference.errors(image, self.direct_energy)?)
+        self.lit.errors(image)
     }
 
     /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of `direct`, a mean of as many
     /// frames without indirect light, because edges and highlights of a mean differ from those of one frame.
     pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<IndirectErrors, CliError> {
-        let mean = self.bench.mean(&self.view, &case.settings, frames)?;
+        let mean = self.bench.mean(&self.lit.view, &case.settings, frames)?;
         self.bench.write(&format!("{}, {frames} frames", case.name), &mean)?;
-        Ok(self.reference.errors(&mean, energy(direct))?)
+        Ok(self.lit.reference.errors(&mean, energy(direct))?)
     }
 
     /// The mean of `frames` frames without indirect light, and its HDR-FLIP against the path tracer's direct light. That is the error of a
     /// mean with exact indirect light.
     pub fn direct_mean(&self, frames: u32) -> Result<(RenderedImage, f64), CliError> {
-        let mean = self.bench.mean(&self.view, &self.without(), frames)?;
-        let flip = flip(&mean, &self.direct_reference)?;
+        let mean = self.bench.mean(&self.lit.view, &self.without(), frames)?;
+        let flip = flip(&mean, &self.lit.direct_reference)?;
         Ok((mean, flip))
     }
 
@@ -136,7 +180,8 @@ impl OneBounce {
     pub fn finish(self, walked: &[Case]) -> Result<(), CliError> {
         let mut rows = Vec::new();
         if self.cameras.len() > 1 && !walked.is_empty() {
-            let walk = Walk::new(&self.bench, self.view.with(grey(&self.view.scene)), &self.cameras, &self.without())?;
+            let walk =
+                Walk::new(&self.bench, self.lit.view.with(grey(&self.lit.view.scene)), &self.cameras, &self.without())?;
             rows = walk.rows(walked)?;
         }
         self.bench.section("Flicker along the track", walk::TEXT, "flicker", rows);
@@ -155,4 +200,15 @@ pub fn rows(
         Ok(row(case, &timed)?.and(errors.row("indirect_energy")))
     };
     of.bench.rows("render", cases, |case| case.name.clone(), of_case)
+}
+
+#[test]
+fn the_main_light_is_the_sun_else_the_brightest() {
+    use glam::Vec3;
+    let light = |kind, intensity: f32| Light { kind, ..Light::point(Vec3::ZERO, Vec3::splat(intensity)) };
+    let left = |lights: &[Light]| under_one_light(Scene { lights: lights.to_vec(), ..Scene::default() }).lights;
+    let lights = [light(LightKind::Point, 5.0), light(LightKind::Directional, 1.0), light(LightKind::Point, 9.0)];
+    assert_eq!(left(&lights), [lights[1].clone()]);
+    assert_eq!(left(&[lights[0].clone(), lights[2].clone()]), [lights[2].clone()]);
+    assert!(left(&[]).is_empty());
 }

@@ -96,7 +96,7 @@ impl<'a> Walk<'a> {
         self.bench.rows("walk", cases, |case| format!("Walking: {}", case.name), |case| self.row(case))
     }
 
-    fn row(&self, Case { name, settings }: &Case) -> Result<Row, CliError> {
+    fn row(&self, Case { name, settings, .. }: &Case) -> Result<Row, CliError> {
         let (luminances, size) = (self.luminances(settings)?, self.view.size);
         let at = |i: usize, at| interpolated(&luminances[i], size, at) - interpolated(&self.direct[i], size, at);
         let of_point = |positions: &Vec<Option<[f32; 2]>>| {

@@ -1,7 +1,7 @@
 //! The measured configurations.
 
 use lanternfish::settings::Settings;
-use lanternfish_papers::{DeepImageSettings, DirectionSet};
+use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet};
 
 use crate::case::{Case, changed};
 
@@ -9,7 +9,7 @@ use crate::case::{Case, changed};
 pub const PAPER: &str = "as in the paper";
 /// Texels along an edge of its images.
 pub const PAPERS_RESOLUTION: u32 = 200;
-/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
+/// Photons as in the paper (its maps: [`plain`]), which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
 /// nothing filtered; they are drawn with additive blending. They are kept by their footprints, not by their positions (his step 4b).
 const PAPERS: &str = "indirect photon-splatting, photon-count 1024, photon-tracer within-texel, photon-radius 1, photon-widened off, \
                       photon-conserve off, photon-splat raster, indirect-filter 0";
@@ -47,8 +47,9 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all: Vec<Case> = QUICK.iter().map(|name| Case::one_bounce(look, name)).collect();
     if !quick {
         all.extend(PHOTONS.map(|changes| Case::one_bounce(look, &format!("photon-splatting, {changes}"))));
-        let structure = papers_images(PAPERS_RESOLUTION);
-        all.push(Case::new(PAPER, changed(look, PAPERS).with_structure(structure)));
+        let ours = papers_images(PAPERS_RESOLUTION);
+        all.push(Case::new(PAPER, changed(look, PAPERS).with_structure(plain(ours))));
+        all.push(Case::new(format!("{PAPER}, our deep images"), changed(look, PAPERS).with_structure(ours)));
     }
     all
 }
@@ -57,6 +58,11 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
 pub fn papers_images(resolution: u32) -> DeepImageSettings {
     let directions = DirectionSet::ZonalEqualArea { count: 512 };
     DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
+}
+
+/// The same in sorted linked lists whose first fragment is hit [Aalund2015, §3, §3.1].
+pub fn plain(images: DeepImageSettings) -> DeepImageSettings {
+    DeepImageSettings { store: DeepStore::SortedLinkedList, merge_texels: 0.0, tests_triangles: false, ..images }
 }
 
 /// Configurations whose means of frames are measured; without the one with 16,384 photons if `quick`.
@@ -76,5 +82,5 @@ pub fn walked(look: &Settings) -> Vec<Case> {
 fn all_names_are_settings() {
     lanternfish_papers::register();
     let look = Settings::direct_light();
-    assert_eq!((cases(&look, true).len(), cases(&look, false).len(), converging(&look, true).len()), (7, 23, 4));
+    assert_eq!((cases(&look, true).len(), cases(&look, false).len(), converging(&look, true).len()), (7, 24, 4));
 }

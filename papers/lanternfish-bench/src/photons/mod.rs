@@ -50,7 +50,7 @@ fn times(passes: &[PassTime]) -> [f64; 5] {
 /// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "photons", "Photons")?;
-    let (bench, look) = (&of.bench, &of.view.look);
+    let (bench, look) = (&of.bench, &of.lit.view.look);
     let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| Ok(row(case, timed)))?;
     let named = |cases: Vec<Case>, table: &str| -> Vec<Case> {
         cases.into_iter().filter(|case| args.requests(&format!("{}, {table}", case.name))).collect()

@@ -8,7 +8,7 @@ use lanternfish_cli::{
 };
 use lanternfish_papers::{Deep, DeepImageSettings, Hbao};
 
-use super::cases::papers_images;
+use super::cases::{PAPER, papers_images, plain};
 use crate::{
     ground_truths::{self, GroundTruth},
     one_bounce::OneBounce,
@@ -18,16 +18,20 @@ use crate::{
 
 /// What the table means.
 pub const TEXT: &str = "White surfaces under a white sky, against the path tracer's visible fraction of the sphere with the same distance. *Within \
-                        28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); else \
-                        everything occludes (fig. 9). *As in the paper*: the first fragment of one texel, weights of 2 / N, images without triangles; \
+                        28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); *near*: up to 1/64 of it; else \
+                        everything occludes (fig. 9). *As in the paper*: the first fragment of one texel, weights of 2 / N, sorted linked lists without triangles; \
                         else images hold them, and those of near fragments are tested.";
 
 /// Names of all ways to find occlusion, and the texels of their images; 0: as usual.
-const WAYS: [(&str, u32); 9] = [
+const WAYS: [(&str, u32); 13] = [
     ("as in the paper, within 28 %, 512 x 200²", 200),
+    ("as in the paper, arrays, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, as usual", 0),
     ("hbao, within 28 %", 0),
+    ("as in the paper, near, 512 x 200²", 200),
+    ("deep, near, 512 x 200²", 200),
+    ("hbao, near", 0),
     ("as in the paper, 512 x 50²", 50),
     ("deep, 512 x 50²", 50),
     ("as in the paper, 512 x 200²", 200),
@@ -35,39 +39,47 @@ const WAYS: [(&str, u32); 9] = [
     ("deep, as usual", 0),
 ];
 
-/// The technique that a name of [`WAYS`] begins with, and its reference. `far`: the distance of [`GroundTruth::ObscuranceFar`], m.
-fn technique(name: &str, far: f32) -> (Occlusion, GroundTruth) {
-    let is_bounded = name.contains("28 %");
-    let max_distance = is_bounded.then_some(far);
+/// The technique that a name of [`WAYS`] begins with, and its reference. `diagonal`: of the scene, m.
+fn technique(name: &str, diagonal: f32) -> (Occlusion, GroundTruth) {
+    let ground_truth = match name {
+        _ if name.contains("28 %") => GroundTruth::ObscuranceFar,
+        _ if name.contains("near") => GroundTruth::ObscuranceNear,
+        _ => GroundTruth::Occlusion,
+    };
+    let max_distance = ground_truth.max_distance(diagonal);
     let occlusion = match name.split(',').next() {
-        Some("hbao") => Hbao { radius: far }.into(),
+        Some("hbao") => Hbao { radius: max_distance.unwrap_or(diagonal) }.into(),
         Some("deep") => Deep { max_distance, ..Deep::default() }.into(),
         // Without tests of triangles [Aalund2015, §3.3].
         _ => Deep { max_distance, plain: true }.into(),
     };
-    (occlusion, if is_bounded { GroundTruth::ObscuranceFar } else { GroundTruth::Occlusion })
+    (occlusion, ground_truth)
 }
 
 /// Ways to find occlusion, on white surfaces under a white sky.
 pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
     let bench = &of.bench;
-    let mut view = of.view.with(ground_truths::white(of.view.scene.clone()));
-    let far = GroundTruth::ObscuranceFar.max_distance(view.scene.bounds().size().length()).unwrap_or_default();
-    let trace = |kind| bench.step("ground_truth", "Occlusion", || view.reference(bench, kind, spp));
-    let references = [GroundTruth::ObscuranceFar, GroundTruth::Occlusion].map(trace);
-    let [bounded, all] = references;
-    let (bounded, all) = (bounded?.mean, all?.mean);
+    let mut view = of.lit.view.with(ground_truths::white(of.lit.view.scene.clone()));
+    let diagonal = view.scene.bounds().size().length();
+    let mut references = Vec::new();
+    for kind in [GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Occlusion] {
+        let traced = bench.step("ground_truth", "Occlusion", || view.reference(bench, kind, spp))?;
+        references.push((kind, traced.mean));
+    }
     view.look = GroundTruth::Occlusion.seen(&view.look);
     let rows = bench.rows(
         "occlusion",
         WAYS,
         |(name, _)| (*name).to_owned(),
         |(name, texels)| {
-            let (occlusion, ground_truth) = technique(name, far);
-            let images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
+            let (occlusion, ground_truth) = technique(name, diagonal);
+            let mut images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
+            if name.starts_with(PAPER) && !name.contains("arrays") {
+                images = plain(images);
+            }
             let timed = bench.timed(&view, &view.look.clone().with_occlusion(occlusion).with_structure(images))?;
             bench.write(&format!("occlusion, {name}"), &timed.image)?;
-            let reference = if ground_truth == GroundTruth::Occlusion { &all } else { &bounded };
+            let (_, reference) = references.iter().find(|(kind, _)| *kind == ground_truth).expect("all are traced");
             let bytes = counter(&timed.image.report, "deep_images/bytes");
             let build_ms = ms_of(&timed.first, "deep_images/");
             let occlusion_ms = ms_of(&timed.image.report.passes, "occlusion/");
@@ -88,9 +100,8 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
 /// What is bounded is judged by the ground truth with the same bound.
 #[test]
 fn every_way_has_the_distance_of_its_ground_truth() {
-    let far = GroundTruth::ObscuranceFar.max_distance(40.0).unwrap();
     for (name, _) in WAYS {
-        let (occlusion, ground_truth) = technique(name, far);
+        let (occlusion, ground_truth) = technique(name, 40.0);
         let expected = ground_truth.max_distance(40.0);
         let deep = [false, true].map(|plain| Occlusion::from(Deep { max_distance: expected, plain }));
         let is_hbao = expected.is_some_and(|radius| occlusion == Hbao { radius }.into());

@@ -54,7 +54,7 @@ impl InMotion<'_> {
         let mut dark = view.clone();
         put_out_brightest(&mut dark.scene);
         let [old, new] = [self.reference(view)?, self.reference(&dark)?];
-        self.with_sheet("lamp", view, &new, |Case { name, settings }, sheet| {
+        self.with_sheet("lamp", view, &new, |Case { name, settings, .. }, sheet| {
             let (mut stage, before) = self.warm(view, settings)?;
             stage.update(&dark.scene)?;
             let row = Row::default().text("technique", "", name);
@@ -82,7 +82,7 @@ impl InMotion<'_> {
         })?;
         let near = crop(&reference, region);
         let near_colors = view.shown(&near);
-        self.with_sheet("object", view, &reference, |Case { name, settings }, sheet| {
+        self.with_sheet("object", view, &reference, |Case { name, settings, .. }, sheet| {
             let (start, warm) = (at(0), self.args.warm);
             let mut stage = self.bench.stage(&start.scene, settings)?;
             for frame in 0..warm + FRAMES - 2 {

@@ -26,7 +26,7 @@ impl InMotion<'_> {
     pub fn prices(&self) -> Result<(), CliError> {
         let (mut rows, mut passes) = (Vec::new(), Vec::new());
         for view in self.views(views::PRICE, 432)? {
-            for Case { name, settings } in self.cases(&view) {
+            for Case { name, settings, .. } in self.cases(&view) {
                 let step = || self.at_rest(&view, &settings, self.bench.runs);
                 let frames = self.bench.step("price", &format!("{}, {name}", view.name), step)?;
                 let ms = |image: &RenderedImage| Cost::of(image).indirect_ms;

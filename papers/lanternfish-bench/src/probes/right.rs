@@ -51,7 +51,7 @@ impl InMotion<'_> {
             let [without, mean_without] = [energy(&without?), energy(&mean_without?)];
             let one = Case::of(&case(&view.look, "good, history").settings, ONE, ONE_BOUNCE);
             let mean = Case::of(&case(&view.look, "good").settings, MEAN, &format!("accumulate {mean_frames}"));
-            let row = |Case { name, settings }: &Case| {
+            let row = |Case { name, settings, .. }: &Case| {
                 let is_one = name == NONE || name == MEAN;
                 let frames = match is_one {
                     true => vec![bench.first_frame(&view, settings)?],

@@ -140,7 +140,7 @@ impl ShotBench<'_> {
     /// Errors of an image, which is written with its FLIP map.
     fn compare(
         &self,
-        Case { name, settings }: &Case,
+        Case { name, settings, .. }: &Case,
         image: &RenderedImage,
         reference: &RgbImage,
     ) -> Result<Figures, CliError> {

@@ -1,13 +1,21 @@
 //! Renders and times every configuration, and compares its image.
 
-use lanternfish_cli::{error::CliError, parse::Size, report::grouped, times::counter};
+use lanternfish::RenderedImage;
+use lanternfish_cli::{
+    error::CliError,
+    images::{energy, energy_of, linear},
+    parse::Size,
+    report::grouped,
+    times::counter,
+};
+use lanternfish_metrics::RgbImage;
 use lanternfish_papers::{VirtualLights, indirect::virtual_lights::MapSize};
 
 use super::{
-    cases::{WITH_STEPS, ranges_alone},
+    cases::{BESIDE_EACH, EACH_DIRECTION, WITH_STEPS, ranges_alone},
     steps::Steps,
 };
-use crate::{bench::Timed, case::Case, one_bounce::OneBounce, table::Row, view::View};
+use crate::{bench::Timed, case::Case, one_bounce::OneBounce, reference::flip, table::Row, view::View};
 
 /// A row of the table, without its errors.
 pub fn row(case: &Case, timed: &Timed) -> Row {
@@ -45,11 +53,34 @@ pub fn row(case: &Case, timed: &Timed) -> Row {
         .maybe("in_range", "in range", 2, in_range)
 }
 
+/// Final light by other images beside that by images with a draw for each direction: "no difference in the final indirect lighting result"
+/// [Archer2019, §4].
+#[derive(Default)]
+pub struct Beside(Option<RgbImage>);
+
+impl Beside {
+    /// Figures of a row. `direct`: energy without indirect light.
+    pub fn row(&mut self, name: &str, image: &RenderedImage, direct: f64) -> Result<Row, CliError> {
+        if name == EACH_DIRECTION {
+            self.0 = Some(linear(image)?);
+        }
+        let each = self.0.as_ref().filter(|_| BESIDE_EACH.contains(&name));
+        let ratio = each.map(|each| (energy(image) - direct) / (energy_of(each) - direct));
+        let flip = each.map(|each| flip(image, each)).transpose()?;
+        Ok(Row::default().maybe("builder_energy", "energy by builder", 4, ratio).maybe(
+            "builder_flip",
+            "FLIP by builder",
+            4,
+            flip,
+        ))
+    }
+}
+
 /// Times of computing ranges for a map of this size: with rays through deep images and through the BVH, and for random ranges.
 pub fn ranges(of: &OneBounce, map: MapSize) -> Result<Row, CliError> {
     // A small image, because only ranges are timed.
-    let small = View { size: Size { width: 64, height: 36 }, ..of.view.clone() };
-    let timed = |ranges| of.bench.timed(&small, &ranges_alone(&of.view.look, map, ranges));
+    let small = View { size: Size { width: 64, height: 36 }, ..of.lit.view.clone() };
+    let timed = |ranges| of.bench.timed(&small, &ranges_alone(&of.lit.view.look, map, ranges));
     let deep = timed("vpl-ranges average")?;
     let [bvh, random] = ["vpl-ranges average, vpl-range-tracer bvh", "vpl-ranges random"].map(timed);
     let (bvh, random) = (Steps::of_timed(&bvh?), Steps::of_timed(&random?));
@@ -60,17 +91,17 @@ pub fn ranges(of: &OneBounce, map: MapSize) -> Result<Row, CliError> {
 
 /// `lights`: that rays were cast from; `build`: milliseconds of building deep images.
 fn range_row(map: u32, lights: u64, build: f64, [deep, bvh, random]: [f64; 3]) -> Row {
-    let rate = |ms: f64| format!("{:.2}", 6.0 * lights as f64 / ms / 1e3);
+    let rate = |ms: f64| 6.0 * lights as f64 / ms / 1e3;
     Row::default()
         .number("map", "map", map)
         .said_as(format_args!("{map}²"))
         .data("lights", lights)
         .shown("rays", grouped(6 * lights))
         .fixed("deep_images_ms", "deep images, ms", 1, deep)
-        .shown("M rays/s", rate(deep))
+        .fixed("deep_images_rate", "M rays/s", 2, rate(deep))
         .fixed("build_ms", "with their build, ms", 1, build)
         .said_as(format_args!("{:.1}", build + deep))
         .fixed("bvh_ms", "BVH, ms", 1, bvh)
-        .shown("M rays/s", rate(bvh))
+        .fixed("bvh_rate", "M rays/s", 2, rate(bvh))
         .fixed("random_ms", "random, ms", 2, random)
 }

@@ -12,6 +12,7 @@ use lanternfish_papers::indirect::virtual_lights::MapSize;
 
 use self::{
     cases::{WITH_STEPS, cases, walked},
+    measure::Beside,
     steps::Steps,
 };
 use crate::{
@@ -21,17 +22,20 @@ use crate::{
 
 const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reaches surfaces within their ranges. *Range rays*: fraction of the \
                     frame time. Times are in ms. Deep images are built once, in the first run, and are not part of the frame time; the \
-                    paper's total includes them.";
+                    paper's total includes them. *Energy* and *FLIP by builder*: indirect light alone, and the complete image, against the \
+                    row with a draw per direction [Archer2019, §4]. Rows as in the paper have one light, the sun where there is one.";
 
 /// Measures, and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "virtual-lights", "Virtual lights")?;
-    let (bench, look) = (&of.bench, &of.view.look);
+    let (bench, look) = (&of.bench, &of.lit.view.look);
     let steps = RefCell::new(Vec::new());
+    let beside = RefCell::new(Beside::default());
     let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| {
         let has_steps = WITH_STEPS.contains(&&*case.name);
         steps.borrow_mut().extend(has_steps.then(|| (case.name.clone(), Steps::of_timed(timed))));
-        Ok(measure::row(case, timed))
+        let beside = beside.borrow_mut().row(&case.name, &timed.image, of.lit(case)?.direct_energy)?;
+        Ok(measure::row(case, timed).and(beside))
     })?;
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
     let maps = maps.iter().filter(|_| args.requests("ranges"));

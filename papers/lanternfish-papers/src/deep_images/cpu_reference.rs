@@ -94,6 +94,22 @@ pub(crate) fn within_texel(
     Some(((hit.depth - p.z).abs(), hit))
 }
 
+/// `rays/within_texel/plain.wesl`: the same, of the fragment after the one nearest to the ray's start.
+pub(crate) fn plain(
+    grid: &DeepGrid,
+    frame: &DeepFrame,
+    lists: &[Vec<Fragment>],
+    ray: &TracedRay,
+) -> Option<(f32, Fragment)> {
+    let p = start(grid, frame, ray);
+    let list = &lists[p.y as usize * grid.resolution as usize + p.x as usize];
+    let apart = |fragment: &Fragment| (fragment.depth - p.z).abs();
+    let own = (0..list.len()).min_by(|a, b| apart(&list[*a]).total_cmp(&apart(&list[*b])))?;
+    let (next, side) = if ray.image_and_side % 2 == 1 { (own.checked_sub(1)?, -1.0) } else { (own + 1, 1.0) };
+    let hit = list.get(next)?;
+    Some(((side * (hit.depth - p.z)).max(0.0), *hit))
+}
+
 /// A list on a ray's way: its index, the depth beyond which the ray's hit lies, and the last depth at which it counts.
 struct Visit {
     list: usize,
@@ -101,13 +117,13 @@ struct Visit {
     last: f32,
 }
 
-/// The lists that a ray crosses up to the image's border, in order, with a tolerance of half a texel before it enters a list and after it
+/// The lists that a ray crosses up to the image's border, in order, with a tolerance before it enters a list and after it
 /// leaves. True: depths grow along the ray.
 fn visits(grid: &DeepGrid, frame: &DeepFrame, ray: &TracedRay) -> (Vec<Visit>, bool) {
     let p = start(grid, frame, ray);
     let n = grid.resolution as usize;
     let along = ray.direction.dot(frame.z);
-    let tolerance = 0.5 / grid.texels_per_metre;
+    let tolerance = grid.tolerance / grid.texels_per_metre;
     // The interval of distances in which the ray is over the texels from i to i + 1.
     let over = |axis: Vec3, at: f32, i: usize| {
         let speed = ray.direction.dot(axis) * grid.texels_per_metre;

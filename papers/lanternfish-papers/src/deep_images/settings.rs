@@ -89,6 +89,12 @@ pub struct DeepImageSettings {
     pub sort: DeepSort,
     /// Search in a linear array's lists. The result is the same.
     pub search: DeepSearch,
+    /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels: ε of [Niessner2010, §3.2]. More:
+    /// fewer rays slip through steep surfaces, more hit what they pass.
+    pub tolerance: f32,
+    /// True if closest hits within a texel test the triangles of near fragments. Otherwise the first fragment beyond the ray's own is hit
+    /// [Aalund2015, §3.1].
+    pub tests_triangles: bool,
     /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
     pub payload: bool,
 }
@@ -107,6 +113,8 @@ impl Default for DeepImageSettings {
             depth: DeepDepth::Bits32,
             sort: DeepSort::Selection,
             search: DeepSearch::Bisection,
+            tolerance: 0.5,
+            tests_triangles: true,
             payload: true,
         }
     }
@@ -118,7 +126,7 @@ impl DeepImageSettings {
     pub const ARCHER: Self = Self {
         directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
         resolution: 64,
-        builder: DeepBuilder::SinglePass,
+        builder: DeepBuilder::SinglePassLiteral,
         supersampling: 1,
         merge_texels: 0.0,
         fragments_a_texel: 8,
@@ -127,6 +135,8 @@ impl DeepImageSettings {
         depth: DeepDepth::Bits32,
         sort: DeepSort::Blocks,
         search: DeepSearch::LinearSteps,
+        tolerance: 0.5,
+        tests_triangles: true,
         payload: true,
     };
 }
@@ -136,6 +146,10 @@ named_enum! {
     DeepBuilder {
         /// All from one draw of the scene [Archer2019, §3.1].
         SinglePass = "single_pass": "All images from one draw of the scene",
+        /// The same as the paper has it [Archer2019, fig. 3]: every sample becomes a fragment of every image, at the sample's own depth, in
+        /// the texel that it falls into. Ours moves it to the texel's axis, leaves it out where that misses the triangle, and stores one
+        /// of several in a texel.
+        SinglePassLiteral = "single_pass_literal": "The same as in Archer 2019: no sample is moved to a texel's axis or left out",
         /// Every triangle is put into each image's texels by computation: the result of a draw for each direction, without a rasterizer.
         PerTriangle = "per_triangle": "By computation from every triangle: exact",
         /// One draw per direction: the baseline.
@@ -149,12 +163,12 @@ named_enum! {
     /// Memory layout of the lists of deep images. Bytes per fragment include 32 bits of depth and a triangle; 4 fewer without it.
     DeepStore {
         /// Contiguous in one array, sorted, surfaces merged: 8 bytes per fragment, 4 per texel [Archer2019, fig. 5].
-        LinearArray = "linear_array",
+        LinearArray = "linear_array": "Contiguous in one array, sorted",
         /// Each fragment links to another, unsorted: no pass after the builder, 12 bytes per fragment.
-        LinkedList = "linked_list",
+        LinkedList = "linked_list": "Each fragment links to another, unsorted",
         /// Each fragment links to the next by depth: 12 bytes per fragment. A pass of its own inserts them, after the builder has written
         /// them, in time of the square of the list lengths; the paper inserts them while it draws [Aalund2015, §3].
-        SortedLinkedList = "sorted_linked_list",
+        SortedLinkedList = "sorted_linked_list": "Each fragment links to the next by depth, as in Aalund 2015",
     }
 }
 
@@ -176,6 +190,13 @@ named_enum! {
         Bisection = "bisection": "By bisection",
         /// Linearly from the end where the ray enters [Archer2019, §3.2].
         LinearSteps = "linear_steps": "From fragment to fragment",
+    }
+}
+
+impl DeepBuilder {
+    /// True of builders that draw the scene once, and sample it then.
+    pub const fn is_single_pass(self) -> bool {
+        matches!(self, Self::SinglePass | Self::SinglePassLiteral)
     }
 }
 

@@ -25,7 +25,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &crate::shaders::SHADERS,
     &[
         Root::new("deep_images/build/single_pass"),
-        Root::of("deep_images/build/distribute", &[STORES]),
+        Root::of("deep_images/build/distribute", &[STORES, &[&[], &[LITERAL]]]),
         Root::of("deep_images/build/per_triangle", &[STORES]),
         Root::of("deep_images/build/per_direction", &[STORES]),
         Root::new("deep_images/build/depth_peeling"),
@@ -61,6 +61,8 @@ pub(crate) const PAYLOAD: Feature = Feature::new("payload");
 pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
 /// Lists in linear arrays are sorted by networks, in blocks.
 pub(crate) const BLOCK_SORT: Feature = Feature::new("block_sort");
+/// Samples of the single pass become fragments as they are.
+pub(super) const LITERAL: Feature = Feature::new("literal");
 /// Lists in linear arrays are searched linearly.
 pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
 
@@ -89,6 +91,12 @@ gpu_struct! {
         sample_spacing: f32,
         /// Rotation into the space of the set of directions, a unit quaternion.
         set_from_world: Vec4,
+        /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels.
+        tolerance: f32,
+        /// 1 if rays within a texel test the triangles of near fragments.
+        tests_triangles: u32,
+        /// Unused.
+        _pad: UVec2,
     }
 }
 

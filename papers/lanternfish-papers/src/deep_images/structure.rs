@@ -86,7 +86,7 @@ impl Technique for DeepImageSettings {
             "NAME",
             Range::Names,
             "Builder of deep images. A window needs per_triangle or per_direction.\n\n\
-             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass` \
+             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass_literal` \
              `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.",
             |images: &mut Self| &mut images.builder,
         )
@@ -114,6 +114,31 @@ impl Technique for DeepImageSettings {
             Range::Names,
             "Search in the lists of deep images. The image is the same.",
             |images: &mut Self| &mut images.search,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-store",
+            "NAME",
+            Range::Names,
+            "Memory layout of the lists of deep images. Shadow rays need linear_array, and so do windows.",
+            |images: &mut Self| &mut images.store,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-test",
+            "on|off",
+            Range::Switch("Triangles of near fragments are tested", "The first fragment is the hit, as in Aalund 2015"),
+            "Tests of triangles for the closest hits of rays within a texel.",
+            |images: &mut Self| &mut images.tests_triangles,
+        )
+        .with_default(),
+        Parameter::new(
+            "deep-tolerance",
+            "TEXELS",
+            Range::Number(0.0, 4.0),
+            "Tolerance of rays across texels in depth. More: fewer rays slip through steep surfaces, more hit what they \
+             pass.",
+            |images: &mut Self| &mut images.tolerance,
         )
         .with_default(),
     ];

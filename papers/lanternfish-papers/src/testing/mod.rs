@@ -10,7 +10,8 @@ use lanternfish_gpu::{ComputeKernel, Feature, Gpu, ShaderLibrary, ShaderSource};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 4] = [
+const PROBES: [ShaderSource; 5] = [
+    ("testing/closest_hits", include_str!("closest_hits.wesl")),
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/photon_differentials", include_str!("photon_differentials.wesl")),

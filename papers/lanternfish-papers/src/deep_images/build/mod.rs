@@ -54,7 +54,9 @@ enum Prepared {
 impl Builder {
     fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         Ok(match sound_builder(settings.builder, &device.adapter_info()) {
-            DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
+                Self::SinglePass(SinglePass::new(device, settings)?)
+            }
             DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
             DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
@@ -225,6 +227,8 @@ impl DeepImageBuilder {
             merge_distance: self.settings.merge_texels / texels_per_metre,
             sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
             set_from_world: directions.rotation().inverse().into(),
+            tolerance: self.settings.tolerance,
+            tests_triangles: u32::from(self.settings.tests_triangles),
             ..DeepGrid::default()
         };
         let builder = &mut self.builder;

@@ -6,8 +6,8 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_bu
 
 use super::{
     super::{
-        settings::DeepImageSettings,
-        shaders::{DECLARED, DeepGrid},
+        settings::{DeepBuilder, DeepImageSettings},
+        shaders::{DECLARED, DeepGrid, LITERAL},
         store::put_features,
     },
     draw::{draw, raster},
@@ -38,7 +38,9 @@ impl Samples {
 
 impl SinglePass {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let distribute = DECLARED.link("deep_images/build/distribute", &put_features(settings))?;
+        let literal = (settings.builder == DeepBuilder::SinglePassLiteral).then_some(LITERAL);
+        let features: Vec<_> = put_features(settings).into_iter().chain(literal).collect();
+        let distribute = DECLARED.link("deep_images/build/distribute", &features)?;
         Ok(Self {
             sample: raster(device, "deep_images/build/single_pass", &[], "deep_images/sample")?,
             distribute: ComputeKernel::new(device, &distribute, "distribute", "deep_images/gather"),

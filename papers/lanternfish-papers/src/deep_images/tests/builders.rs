@@ -7,7 +7,7 @@ use lanternfish_gpu::Gpu;
 use super::{build, exact, lists, settings, upload};
 use crate::{
     DeepBuilder, DeepImageSettings,
-    deep_images::{Fragment, Holes, build::sound_builder, directions::DirectionSet},
+    deep_images::{DeepImages, Fragment, Holes, build::sound_builder, directions::DirectionSet},
     testing::{self, quad, scene_of},
 };
 
@@ -78,6 +78,74 @@ fn gpu_a_single_pass_leaves_few_holes(gpu: &Gpu) {
         }
         assert!(fraction[1] <= fraction[0] && fraction[1] < 0.02, "{fraction:?}");
     }
+}
+
+/// Points that fragments stand for on the axes of their texels, world space, with their lists.
+fn points(gpu: &Gpu, images: &DeepImages) -> Vec<(usize, Vec3)> {
+    let chunk = &images.chunks[0];
+    let (grid, width) = (&chunk.grid, chunk.grid.resolution as usize);
+    let middle = |at: usize| (at as f32 + 0.5) / grid.texels_per_metre - grid.radius;
+    let point = |list: usize, depth: f32| {
+        let axes = images.directions.frame((list / (width * width)) as u32);
+        let across = middle(list % width) * axes.x_axis + middle(list / width % width) * axes.y_axis;
+        (list, grid.center + across + depth * axes.z_axis)
+    };
+    let lists = lists(gpu, images, chunk).into_iter().enumerate();
+    lists.flat_map(|(list, all)| all.into_iter().map(move |fragment| point(list, fragment.depth))).collect()
+}
+
+/// [Archer2019, fig. 3]: every sample is a fragment of every image, at its own depth. Ours are where the axes of their texels hit.
+#[gpu_test]
+fn gpu_a_literal_single_pass_keeps_every_sample_as_it_is(gpu: &Gpu) {
+    let (right, up) = (Vec3::new(1.0, 0.0, 0.4), Vec3::new(0.0, 1.0, 0.2));
+    let scene = upload(gpu, &scene_of(vec![quad(0, Vec3::ZERO, right, up)], vec![Default::default()]));
+    let built = |directions, builder| {
+        build(gpu, &scene, DeepImageSettings { directions, merge_texels: 0.0, ..settings(builder) })
+    };
+    // The image that looks as the draw does has every sample on the axis of its texel: there the builders agree.
+    let [samples, ours] = [DeepBuilder::SinglePassLiteral, DeepBuilder::SinglePass].map(|builder| {
+        let images = built(DirectionSet::Cube { k: 1 }, builder);
+        let (image, texels) = (images.directions.nearest(Vec3::Z).0 as usize, 48 * 48);
+        let points = points(gpu, &images).into_iter().filter(|(list, _)| list / texels == image);
+        points.map(|(_, point)| point).collect::<Vec<_>>()
+    });
+    assert!(samples.len() > 500 && samples.len() == ours.len(), "{} {}", samples.len(), ours.len());
+    assert!(samples.iter().zip(&ours).all(|(a, b)| a.distance(*b) < 1e-4));
+    // All images, by his loop.
+    let set = settings(DeepBuilder::PerDirection).directions;
+    let literal = built(set, DeepBuilder::SinglePassLiteral);
+    let grid = &literal.chunks[0].grid;
+    let mut expected = vec![Vec::new(); grid.list_count() as usize];
+    for image in 0..grid.image_count {
+        let axes = literal.directions.frame(image);
+        for sample in samples.iter().map(|sample| *sample - grid.center) {
+            let texel = |axis: Vec3| (sample.dot(axis) * grid.texels_per_metre + 24.0).floor() as usize;
+            let list = (image as usize * 48 + texel(axes.y_axis)) * 48 + texel(axes.x_axis);
+            expected[list].push(sample.dot(axes.z_axis));
+        }
+    }
+    let actual = lists(gpu, &literal, &literal.chunks[0]);
+    expected.iter_mut().for_each(|depths| depths.sort_by(f32::total_cmp));
+    let differs = |(actual, expected): &(&Vec<Fragment>, &Vec<f32>)| {
+        let mut depths = actual.iter().zip(*expected);
+        actual.len() != expected.len() || depths.any(|(a, b)| (a.depth - b).abs() > 1e-4)
+    };
+    let differing = actual.iter().zip(&expected).filter(differs).count();
+    let filled = expected.iter().filter(|list| !list.is_empty()).count();
+    // Samples within rounding of a texel's border.
+    assert!(100 * differing < filled, "{differing} of {filled} lists");
+    assert_eq!(literal.counts.drawn, samples.len() as u64 * u64::from(grid.image_count));
+    let ours = built(set, DeepBuilder::SinglePass);
+    assert!(5 * ours.counts.drawn < 4 * literal.counts.drawn, "{:?} {:?}", ours.counts, literal.counts);
+    // Fraction of points that are off the surface by more than a tenth of a texel.
+    let normal = right.cross(up).normalize();
+    let off = |images| {
+        let points = points(gpu, images);
+        let is_off = |(_, point): &&(usize, Vec3)| normal.dot(*point).abs() * grid.texels_per_metre > 0.1;
+        points.iter().filter(is_off).count() as f64 / points.len() as f64
+    };
+    let (off_literal, off_ours) = (off(&literal), off(&ours));
+    assert!(off_ours < 0.02 && off_literal > 0.25, "{off_ours} {off_literal}");
 }
 
 /// Difference of the images of `settings` from those of a draw for each direction.

@@ -7,6 +7,7 @@ mod depth_peeling;
 mod faults;
 mod moving;
 mod nearest;
+mod plain;
 mod ray_query;
 mod slices;
 mod sorts;
