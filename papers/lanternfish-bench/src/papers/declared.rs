@@ -210,7 +210,7 @@ fn with_values(text: &str, values: &[Value]) -> String {
 
 /// Fails if an error against the path tracer is asked for whose image has few samples.
 fn has_reference(expression: &str, reports: &Reports) -> Found<()> {
-    let is_error = ["| flip}", "energy}"].iter().any(|key| expression.contains(key));
+    let is_error = ["| flip}", "| energy}", "| indirect_energy}"].iter().any(|key| expression.contains(key));
     let part = expression.trim_start_matches(['(', '{']).split('|').next().unwrap_or_default().trim();
     let samples = reports.part(part).and_then(|part| part.f64("truth_samples")).unwrap_or(LEAST_SAMPLES);
     if is_error && samples < LEAST_SAMPLES {

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::measure::{Measure, margin};
 
-/// Keys of times beside those that end in `_ms` or begin with `rate_`.
+/// Keys of times beside those that end in `_ms` or `_rate`, or begin with `rate_`.
 const TIMES: [&str; 7] = ["ms", "times", "steps", "frame", "ranges", "range_rays", "shadow_part"];
 
 /// A figure, or why there is none.
@@ -225,7 +225,9 @@ impl<'a> Node<'a> {
     pub fn measure(&self, key: &str, margin: f64) -> Found<Measure> {
         let value = self.f64(key)?;
         let (base, inner) = key.split_once('/').map_or((key, None), |(base, inner)| (base, Some(inner)));
-        if !base.ends_with("_ms") && !base.starts_with("rate_") && !TIMES.contains(&base) {
+        let is_time =
+            base.ends_with("_ms") || base.ends_with("_rate") || base.starts_with("rate_") || TIMES.contains(&base);
+        if !is_time {
             return Ok(Measure::exact(value));
         }
         let runs = self.json.get(format!("{base}_runs")).and_then(Value::as_array);

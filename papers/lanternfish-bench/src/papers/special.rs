@@ -22,6 +22,7 @@ pub fn figure(name: &str, reports: &Reports) -> Found<Figure> {
     let words: Vec<&str> = name.split(' ').collect();
     match words[..] {
         ["by_triangles", tracer, least] => by_triangles(reports, tracer, least.parse().unwrap_or_default()),
+        ["ranges_by_triangles", least] => ranges_by_triangles(reports, least.parse().unwrap_or_default()),
         ["optimum"] => optimum(reports),
         ["enclosed", kind, keys] => enclosed(reports, kind, keys),
         ["linear"] => linear(reports),
@@ -57,9 +58,20 @@ fn by_triangles(reports: &Reports, tracer: &str, least: f64) -> Found<Figure> {
         }
     }
     let (_, slower) = both.ok_or_else(|| format!("no rays by {tracer} in both scenes"))?;
-    let triangles = many.f64("triangles")? / few.f64("triangles")?;
+    Ok(of_triangles(slower, many.f64("triangles")? / few.f64("triangles")?, least))
+}
+
+/// A figure with so many times the triangles, with a caveat below `least` times.
+fn of_triangles(slower: Measure, triangles: f64, least: f64) -> Figure {
     let caveat = (triangles < least).then(|| format!("the second scene has only {triangles:.1} times the triangles"));
-    Ok(Figure { caveat, ..Figure::of(slower, format!("{triangles:.1} × the triangles")) })
+    Figure { caveat, ..Figure::of(slower, format!("{triangles:.1} × the triangles")) }
+}
+
+/// Rays for ranges a second with few triangles over those with many, of the largest map.
+fn ranges_by_triangles(reports: &Reports, least: f64) -> Found<Figure> {
+    let of = |key: &str| format!("{{virtual-lights | {key}}} / {{virtual-lights-many-triangles | {key}}}");
+    let slower = reports.measure(&of("ranges | last | deep_images_rate"))?;
+    Ok(of_triangles(slower, 1.0 / reports.value(&of("triangles"))?, least))
 }
 
 /// The rate with Nießner's number of directions over the largest with another one, the least of the kinds of light with several numbers.

@@ -32,7 +32,11 @@ fn unanswered(parts: &[&str], words: &str, asked: fn(&str) -> bool) -> Vec<Strin
     let mut wrong: Vec<String> =
         queries.iter().filter(|query| asked(query)).filter_map(|query| reports.is_written(query).err()).collect();
     // Other figures of the parts.
-    for claim in PAPERS.iter().flat_map(|paper| paper.declared().claims).filter(|claim| !claim.special.is_empty()) {
+    for claim in PAPERS
+        .iter()
+        .flat_map(|paper| paper.declared().claims)
+        .filter(|claim| !claim.special.is_empty() && asked(&claim.special))
+    {
         let why = special::figure(&claim.special, &reports).err();
         wrong.extend(why.filter(|why| parts.iter().any(|part| why.starts_with(&format!("{part}, ")))));
     }
