@@ -1,7 +1,7 @@
 //! The driver of every benchmark: adapter, output folder, progress, frames, images and the report.
 
 use std::{
-    cell::{RefCell, RefMut},
+    cell::{Cell, RefCell, RefMut},
     fmt::Display,
     fs,
     path::{Path, PathBuf},
@@ -37,7 +37,7 @@ pub struct RunArgs {
     /// Number of timed runs, after one warm-up run.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
-    /// Leaves out rows that would begin after this time. The first row of each table is measured.
+    /// Leaves out rows that would not end within this time. The first row of each table is measured.
     #[arg(long, value_name = "SECONDS", hide_short_help = true)]
     pub seconds: Option<f64>,
     /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
@@ -54,6 +54,8 @@ pub struct Bench {
     pub runs: u32,
     /// When no further row begins.
     deadline: Option<Instant>,
+    /// Of all steps but ground truths.
+    longest: Cell<Duration>,
     progress: RefCell<Progress>,
     report: RefCell<Document>,
     left_out: RefCell<Vec<LeftOut>>,
@@ -108,7 +110,8 @@ impl Bench {
         };
         let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
         let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
-        Ok(Self { folder, gpu, engine, runs: args.runs, deadline, progress, report, left_out })
+        let longest = Cell::default();
+        Ok(Self { folder, gpu, engine, runs: args.runs, deadline, longest, progress, report, left_out })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -128,10 +131,15 @@ impl Bench {
 
     /// Runs a step, as [`Progress::step`]. A step within another one is part of that.
     pub fn step<T, E>(&self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
-        match self.progress.try_borrow_mut() {
+        let started = Instant::now();
+        let done = match self.progress.try_borrow_mut() {
             Ok(mut progress) => progress.step(name, doing, work),
             Err(_) => work(),
+        };
+        if name != "ground_truth" {
+            self.longest.set(self.longest.get().max(started.elapsed()));
         }
+        done
     }
 
     /// Passes the progress to `work`.
@@ -139,9 +147,9 @@ impl Bench {
         work(&mut self.progress.borrow_mut())
     }
 
-    /// True if a row may begin; else `what` is listed as left out.
+    /// True if a row that takes as long as the longest step would end in time; else `what` is listed as left out.
     pub fn has_time(&self, what: &str) -> bool {
-        let has_time = self.deadline.is_none_or(|deadline| Instant::now() < deadline);
+        let has_time = self.deadline.is_none_or(|deadline| Instant::now() + self.longest.get() < deadline);
         if !has_time {
             self.leave_out(what, "no time left");
         }
