@@ -2,6 +2,8 @@
 //! normals from depth.
 
 mod depth_alone;
+mod positions;
+mod savings;
 
 use clap::Args;
 use lanternfish::{
@@ -220,6 +222,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let mut first = None;
     let rows = of.table(&OPTIMISATIONS, &mut first)?;
     let tiles = of.table(&TILE_SIZES, &mut first)?;
+    let savings = of.savings()?;
     let normals = of.normals()?;
     let depth_alone = of.depth_alone()?;
     // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
@@ -252,6 +255,8 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let text = "Ranges by eq. 4.1: the same tables where lights end at 0.02.";
     bench.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
     bench.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
+    bench.section("Savings in pairs", savings::TEXT, "savings", savings);
+    bench.section("Positions from depth (alg. 4.1)", positions::TEXT, "positions", positions::rows());
     bench.section("Normals from depth (fig. 5.3)", "", "normals", normals);
     bench.section("Depth alone (ch. 6)", depth_alone::TEXT, "depth_alone", depth_alone);
     bench.report().heading("Images");
