@@ -189,6 +189,8 @@ named_enum! {
         Naive = "naive": "Normals from depth, two samples per axis: wrong at edges",
         /// Normals from depth, five samples per axis: wrong only on triangles under three pixels.
         Improved = "improved": "Normals from depth, five samples per axis: wrong only on tiny triangles",
+        /// As `Improved`, and rays start from depth too: the prepass writes depth alone [Elagabani2025, ch. 6].
+        Depth = "depth": "As improved, and rays start by depth alone: no surface target",
         /// The surface target's own normal: exact.
         Surface = "surface": "The surface's own normal: exact",
     }

@@ -1,6 +1,10 @@
 //! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays, and errors of
 //! normals from depth.
 
+mod depth_alone;
+mod positions;
+mod savings;
+
 use clap::Args;
 use lanternfish::{
     RenderedImage,
@@ -66,11 +70,14 @@ const TILE_SIZES: [Declared; 3] = [
 /// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
 const PAPER_THRESHOLD: f32 = 0.02;
 
+/// Changes of settings as they are declared, with or without the test of ranges. The thesis culls by facing alone.
+fn declared(changes: &str, by_range: &str) -> String {
+    format!("{}, ray-range-culling {by_range}", changes.replace("TILED", TILED).replace("AABB", AABB))
+}
+
 /// A case as it is declared.
 fn case(look: &Settings, (name, changes, paper_ms): &Declared) -> Case {
-    let changes = changes.replace("TILED", TILED).replace("AABB", AABB);
-    let by_range = if paper_ms.is_some() { "off" } else { "on" };
-    Case::of(look, name, &format!("{changes}, ray-range-culling {by_range}"))
+    Case::of(look, name, &declared(changes, if paper_ms.is_some() { "off" } else { "on" }))
 }
 
 /// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
@@ -221,7 +228,9 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let mut first = None;
     let rows = of.table(&OPTIMISATIONS, &mut first)?;
     let tiles = of.table(&TILE_SIZES, &mut first)?;
+    let savings = of.savings()?;
     let normals = of.normals()?;
+    let depth_alone = of.depth_alone()?;
     // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
     let mut papers = [Vec::new(), Vec::new()];
     if threshold != PAPER_THRESHOLD {
@@ -252,7 +261,10 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     let text = "Ranges by eq. 4.1: the same tables where lights end at 0.02.";
     bench.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
     bench.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
+    bench.section("Savings in pairs", savings::TEXT, "savings", savings);
+    bench.section("Positions from depth (alg. 4.1)", positions::TEXT, "positions", positions::rows());
     bench.section("Normals from depth (fig. 5.3)", "", "normals", normals);
+    bench.section("Depth alone (ch. 6)", depth_alone::TEXT, "depth_alone", depth_alone);
     bench.report().heading("Images");
     bench.report().paragraph(
         "Rays per pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",

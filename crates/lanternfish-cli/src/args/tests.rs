@@ -106,8 +106,11 @@ fn every_flag_reaches_its_setting() {
             ..Sampled::default()
         });
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
-    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::from(Hbao { radius: 1.0 }));
-    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::from(Hbao { radius: 3.0 }));
+    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }));
+    assert_eq!(
+        hbao(&["--occlusion=hbao", "--occlusion-distance=3"]),
+        Occlusion::from(Hbao { radius: 3.0, ..Hbao::default() })
+    );
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::NONE);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \

@@ -101,8 +101,10 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let structure = structure(&tracers, &settings.structure)?;
     let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
-    let needs_normals =
-        tracer.is_some() || settings.direct.is_some() || settings.image.debug_view.is_some() || finds_arriving;
+    let needs_normals = (tracer.is_some() && shadows::reads_surface(&settings))
+        || settings.direct.is_some()
+        || settings.image.debug_view.is_some()
+        || finds_arriving;
     let is_temporal = settings.image.antialiasing == Antialiasing::Temporal;
     let needs_motion = settings.image.debug_view == Some(DebugView::Motion) || settings.keeps_history() || is_temporal;
     // Per-pixel estimates use the surface at the pixel's centre.

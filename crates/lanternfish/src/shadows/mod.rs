@@ -70,6 +70,8 @@ const CULL_RANGE: Feature = Feature::new("cull_range");
 const CULL_NAIVE: Feature = Feature::new("cull_naive");
 /// Ray culling by normals from five depth samples per axis.
 const CULL_IMPROVED: Feature = Feature::new("cull_improved");
+/// Rays start from depth, without the surface target.
+const DEPTH_ALONE: Feature = Feature::new("depth_alone");
 /// Ray culling by the surface's normals.
 const CULL_SURFACE: Feature = Feature::new("cull_surface");
 /// Ray culling by the triangle alone, exact.
@@ -358,6 +360,11 @@ fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.image.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
+/// True if shadows read the surface target. Edges of multisampled images are found by it.
+pub(crate) fn reads_surface(settings: &Settings) -> bool {
+    settings.shadows.ray_culling != RayCulling::Depth || settings.image.samples != Samples::One
+}
+
 /// Features of the shaders of this folder.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowFeatures {
@@ -392,12 +399,14 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
         }
     }
     trace.extend((settings.shadows.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
-    trace.extend(match settings.shadows.ray_culling {
-        RayCulling::None => None,
-        RayCulling::Naive => Some(CULL_NAIVE),
-        RayCulling::Improved => Some(CULL_IMPROVED),
-        RayCulling::Surface => Some(CULL_SURFACE),
-    });
+    let culling: &[Feature] = match settings.shadows.ray_culling {
+        RayCulling::None => &[],
+        RayCulling::Naive => &[CULL_NAIVE],
+        RayCulling::Improved => &[CULL_IMPROVED],
+        RayCulling::Depth => &[CULL_IMPROVED, DEPTH_ALONE],
+        RayCulling::Surface => &[CULL_SURFACE],
+    };
+    trace.extend(culling);
     trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
     Ok(ShadowFeatures { plan, trace, trace_edges })
 }

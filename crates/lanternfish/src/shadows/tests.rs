@@ -10,7 +10,8 @@ use lanternfish_gpu::testing;
 use super::{BLOCK_EDGE, FIRST_START, bands, check_row, even_row_starts, row_starts, split};
 use crate::{
     Renderer, Settings,
-    settings::{Samples, Shadows},
+    rays::Tracer,
+    settings::{RayCulling, Samples, Shadows},
     shaders::constant,
 };
 
@@ -51,6 +52,22 @@ fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
         }
         assert!(rendering(samples, [unlimited; 2], 1).2 != one.2, "removing a light changes nothing");
     }
+}
+
+#[test]
+fn depth_alone_reads_no_surface_target() {
+    let reads = |ray_culling| {
+        let settings = Settings::direct_light().with_ray_culling(ray_culling);
+        let trace = super::features(&settings, Tracer::BVH, true).unwrap().trace;
+        let shader = super::DECLARED.link("shadows/trace", &trace).unwrap();
+        let is_texture =
+            |name: &Option<String>| name.as_deref().is_some_and(|name| name.starts_with("surface_texture"));
+        let is_read = shader.module.global_variables.iter().any(|(_, variable)| is_texture(&variable.name));
+        assert_eq!(is_read, super::reads_surface(&settings), "{ray_culling}");
+        is_read
+    };
+    let without: Vec<_> = RayCulling::ALL.iter().copied().filter(|culling| !reads(*culling)).collect();
+    assert_eq!(without, [RayCulling::Depth]);
 }
 
 #[test]

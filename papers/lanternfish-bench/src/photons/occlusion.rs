@@ -13,17 +13,18 @@ use crate::{
     ground_truths::{self, GroundTruth},
     one_bounce::OneBounce,
     reference::flip,
-    table::Row,
+    table::{Row, decimal},
 };
 
 /// What the table means.
 pub const TEXT: &str = "White surfaces under a white sky, against the path tracer's visible fraction of the sphere with the same distance. *Within \
-                        28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); *near*: up to 1/64 of it; else \
-                        everything occludes (fig. 9). *As in the paper*: the first fragment of one texel, weights of 2 / N, sorted linked lists without triangles; \
+                        28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); else \
+                        everything occludes (fig. 9). *Near* is 1/64 of the diagonal, *middle* lies between it and 28 %; HBAO *by radius* \
+                        takes a sample every 4 pixels of its radius in the image (§5.1). *As in the paper*: the first fragment of one texel, weights of 2 / N, sorted linked lists without triangles; \
                         else images hold them, and those of near fragments are tested.";
 
 /// Names of all ways to find occlusion, and the texels of their images; 0: as usual.
-const WAYS: [(&str, u32); 13] = [
+const WAYS: [(&str, u32); 17] = [
     ("as in the paper, within 28 %, 512 x 200²", 200),
     ("as in the paper, arrays, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, 512 x 200²", 200),
@@ -37,23 +38,42 @@ const WAYS: [(&str, u32); 13] = [
     ("as in the paper, 512 x 200²", 200),
     ("deep, 512 x 200²", 200),
     ("deep, as usual", 0),
+    ("hbao, near, by radius", 0),
+    ("hbao, middle, by radius", 0),
+    ("hbao, far, by radius", 0),
+    ("as in the paper, middle, 512 x 200²", 200),
 ];
 
-/// The technique that a name of [`WAYS`] begins with, and its reference. `diagonal`: of the scene, m.
-fn technique(name: &str, diagonal: f32) -> (Occlusion, GroundTruth) {
-    let ground_truth = match name {
-        _ if name.contains("28 %") => GroundTruth::ObscuranceFar,
-        _ if name.contains("near") => GroundTruth::ObscuranceNear,
-        _ => GroundTruth::Occlusion,
-    };
-    let max_distance = ground_truth.max_distance(diagonal);
+/// Pixels between the samples of HBAO *by radius*.
+const STEP: f32 = 4.0;
+
+/// The technique that a name of [`WAYS`] begins with, and its reference, if there is one. `distance`: as [`distance_of`] gives it, m.
+fn technique(name: &str, distance: Option<f32>) -> (Occlusion, Option<GroundTruth>) {
     let occlusion = match name.split(',').next() {
-        Some("hbao") => Hbao { radius: max_distance.unwrap_or(diagonal) }.into(),
-        Some("deep") => Deep { max_distance, ..Deep::default() }.into(),
+        Some("hbao") => {
+            let step = name.contains("by radius").then_some(STEP);
+            Hbao { radius: distance.unwrap_or_default(), step }.into()
+        }
+        Some("deep") => Deep { max_distance: distance, ..Deep::default() }.into(),
         // Without tests of triangles [Aalund2015, §3.3].
-        _ => Deep { max_distance, plain: true }.into(),
+        _ => Deep { max_distance: distance, plain: true }.into(),
+    };
+    let ground_truth = match () {
+        () if distance.is_none() => Some(GroundTruth::Occlusion),
+        () if name.contains("near") => Some(GroundTruth::ObscuranceNear),
+        () if name.contains("middle") => None,
+        () => Some(GroundTruth::ObscuranceFar),
     };
     (occlusion, ground_truth)
+}
+
+/// Largest distance of occluders of a name of [`WAYS`], m; none: any. `diagonal`: of the scene, m.
+fn distance_of(name: &str, diagonal: f32) -> Option<f32> {
+    let [near, far] = [GroundTruth::ObscuranceNear, GroundTruth::ObscuranceFar]
+        .map(|kind| kind.max_distance(diagonal).unwrap_or_default());
+    let words: Vec<&str> = name.split(", ").collect();
+    let of = [("near", near), ("middle", (near * far).sqrt()), ("far", far), ("within 28 %", far)];
+    of.into_iter().find(|(word, _)| words.contains(word)).map(|(_, distance)| distance)
 }
 
 /// Ways to find occlusion, on white surfaces under a white sky.
@@ -62,7 +82,7 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
     let mut view = of.lit.view.with(ground_truths::white(of.lit.view.scene.clone()));
     let diagonal = view.scene.bounds().size().length();
     let mut references = Vec::new();
-    for kind in [GroundTruth::ObscuranceFar, GroundTruth::ObscuranceNear, GroundTruth::Occlusion] {
+    for kind in [GroundTruth::ObscuranceNear, GroundTruth::ObscuranceFar, GroundTruth::Occlusion] {
         let traced = bench.step("ground_truth", "Occlusion", || view.reference(bench, kind, spp))?;
         references.push((kind, traced.mean));
     }
@@ -72,25 +92,27 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
         WAYS,
         |(name, _)| (*name).to_owned(),
         |(name, texels)| {
-            let (occlusion, ground_truth) = technique(name, diagonal);
+            let distance = distance_of(name, diagonal);
+            let (occlusion, ground_truth) = technique(name, distance);
             let mut images = if *texels > 0 { papers_images(*texels) } else { DeepImageSettings::default() };
             if name.starts_with(PAPER) && !name.contains("arrays") {
                 images = plain(images);
             }
             let timed = bench.timed(&view, &view.look.clone().with_occlusion(occlusion).with_structure(images))?;
             bench.write(&format!("occlusion, {name}"), &timed.image)?;
-            let (_, reference) = references.iter().find(|(kind, _)| *kind == ground_truth).expect("all are traced");
+            let reference = references.iter().find(|(kind, _)| Some(*kind) == ground_truth).map(|(_, mean)| mean);
             let bytes = counter(&timed.image.report, "deep_images/bytes");
             let build_ms = ms_of(&timed.first, "deep_images/");
             let occlusion_ms = ms_of(&timed.image.report.passes, "occlusion/");
             Ok::<_, CliError>(
                 Row::default()
                     .text("name", "", name)
+                    .maybe("distance", "distance, m", 2, distance.map(decimal))
                     .fixed("deep_images_ms", "deep images, ms", 0, build_ms)
                     .megabytes("bytes", "MB", bytes)
                     .fixed("occlusion_ms", "occlusion, ms", 1, occlusion_ms)
-                    .fixed("flip", "FLIP", 4, flip(&timed.image, reference)?)
-                    .fixed("energy", "energy", 3, energy(&timed.image) / energy_of(reference)),
+                    .maybe("flip", "FLIP", 4, reference.map(|of| flip(&timed.image, of)).transpose()?)
+                    .maybe("energy", "energy", 3, reference.map(|of| energy(&timed.image) / energy_of(of))),
             )
         },
     )?;
@@ -101,10 +123,12 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
 #[test]
 fn every_way_has_the_distance_of_its_ground_truth() {
     for (name, _) in WAYS {
-        let (occlusion, ground_truth) = technique(name, 40.0);
-        let expected = ground_truth.max_distance(40.0);
-        let deep = [false, true].map(|plain| Occlusion::from(Deep { max_distance: expected, plain }));
-        let is_hbao = expected.is_some_and(|radius| occlusion == Hbao { radius }.into());
-        assert!(deep.contains(&occlusion) || is_hbao, "{name}");
+        let distance = distance_of(name, 40.0);
+        let (occlusion, ground_truth) = technique(name, distance);
+        let expected = ground_truth.map_or(distance, |kind| kind.max_distance(40.0));
+        assert_eq!(occlusion.technique().unwrap().max_distance(), expected, "{name}");
+        assert_eq!(ground_truth.is_none(), name.contains("middle"), "{name}");
     }
+    let [near, middle, far] = ["near", "middle", "far"].map(|word| distance_of(word, 40.0).unwrap());
+    assert!(4.0 * near < middle && 4.0 * middle < far, "{near} {middle} {far}");
 }

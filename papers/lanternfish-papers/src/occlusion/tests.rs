@@ -141,7 +141,7 @@ fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded(gpu: &Gpu) {
     for occlusion in [
         deep(),
         Occlusion::from(Deep { max_distance: Some(3.0), ..Deep::default() }),
-        Occlusion::from(Hbao { radius: 3.0 }),
+        Occlusion::from(Hbao { radius: 3.0, ..Hbao::default() }),
     ] {
         let actual = ambient_visibility_of(gpu, settings(occlusion.clone()), &floor(), &camera);
         let least = actual.iter().copied().fold(f32::INFINITY, f32::min);
@@ -196,9 +196,10 @@ fn gpu_both_techniques_darken_a_corner(gpu: &Gpu) {
         Projection::Perspective { fov_y: 1.0, near: 0.05 },
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in
-        [Occlusion::from(Deep { max_distance: Some(1.0), ..Deep::default() }), Occlusion::from(Hbao { radius: 1.0 })]
-    {
+    for occlusion in [
+        Occlusion::from(Deep { max_distance: Some(1.0), ..Deep::default() }),
+        Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }),
+    ] {
         let actual =
             ambient_visibility_of(gpu, settings(occlusion.clone()).with_structure(deep_images), &scene, &camera);
         let at = |y: u32| actual[(y * SIZE.x + SIZE.x / 2) as usize];
@@ -209,6 +210,20 @@ fn gpu_both_techniques_darken_a_corner(gpu: &Gpu) {
         assert!((0.4..0.75).contains(&darkest), "{occlusion:?}: {darkest}");
         assert!(brightest > 0.97, "{occlusion:?}: {brightest}");
     }
+}
+
+/// Samples by the radius are as dense for a large radius as for a small one: half the step finds nothing new.
+#[gpu_test]
+fn gpu_samples_in_proportion_to_the_radius_converge(gpu: &Gpu) {
+    let scene = demo("cornell").unwrap();
+    let visibility = |step| {
+        let hbao = Hbao { radius: 2.0, step };
+        ambient_visibility_of(gpu, settings(hbao.into()), &scene, &scene.cameras[0])
+    };
+    let dense = visibility(Some(0.25));
+    let [fixed, coarse, fine] = [None, Some(8.0), Some(0.5)].map(|step| off(&visibility(step), &dense));
+    println!("off: 12 samples {fixed:.4}, every 8 pixels {coarse:.4}, every half {fine:.4}");
+    assert!(fine < 0.25 * fixed && fine < 0.25 * coarse && fixed > 0.0, "{fixed} {coarse} {fine}");
 }
 
 /// Where a floor touches a wall, a texel's axis may pass behind the wall. Ground truth: at distance x from a long wall of height h, the
@@ -253,7 +268,7 @@ fn gpu_moved_objects_occlude_at_their_new_position(gpu: &Gpu) {
     moved.instances[1].world_from_object = Affine3A::from_translation(Vec3::new(-1.2, 0.1, -0.4));
     let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })] {
         let settings = settings(occlusion.clone()).with_structure(deep_images);
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -288,7 +303,7 @@ fn gpu_the_sky_lights_surfaces_that_see_it(gpu: &Gpu) {
         renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance[pixel_count() / 2]
     };
     assert_eq!(center(Occlusion::NONE), [0.0, 0.0, 0.0, 1.0]);
-    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })] {
         // A device may round a number below 1 down to the half float before it.
         let found = Vec4::from(center(occlusion.clone()));
         assert!(found.abs_diff_eq(Vec4::new(1.0, 1.0, 0.5, 1.0), 0.001), "{occlusion:?}: {found}");
@@ -327,7 +342,7 @@ fn gpu_unsupported_settings_are_refused_with_a_remedy(gpu: &Gpu) {
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         for occlusion in [
             Occlusion::from(Deep { max_distance: Some(distance), ..Deep::default() }),
-            Occlusion::from(Hbao { radius: distance }),
+            Occlusion::from(Hbao { radius: distance, ..Hbao::default() }),
         ] {
             let error = refused(settings(occlusion));
             assert!(matches!(error, RenderError::Value { .. }), "{error}");

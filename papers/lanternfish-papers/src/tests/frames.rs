@@ -109,7 +109,7 @@ fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
     for view in [DebugView::BaseColor, DebugView::Normal] {
-        let occlusion = Hbao { radius: 2.0 };
+        let occlusion = Hbao { radius: 2.0, ..Hbao::default() };
         let given = Settings::default().with_debug_view(Some(view)).with_occlusion(occlusion);
         assert_eq!(*Renderer::with_engine(&engine(gpu), given.clone()).unwrap().settings(), given);
     }
@@ -122,7 +122,7 @@ fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
     let choices = vec![
         ("no shadows", direct().with_shadows(Shadows::None)),
         ("bvh", direct()),
-        ("hbao", direct().with_occlusion(Hbao { radius: 1.0 }).with_shadows(Shadows::None)),
+        ("hbao", direct().with_occlusion(Hbao { radius: 1.0, ..Hbao::default() }).with_shadows(Shadows::None)),
         ("indirect, deep images", direct().with_indirect(rays)),
     ];
     let (same, refused) = shared_and_refused(gpu, choices);

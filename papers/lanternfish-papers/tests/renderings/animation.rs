@@ -230,7 +230,7 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
     };
     let mut requested = vec![
         ("occlusion deep".to_owned(), direct().with_occlusion(Deep { max_distance: Some(2.0), ..Deep::default() })),
-        ("occlusion hbao".to_owned(), direct().with_occlusion(Hbao { radius: 2.0 })),
+        ("occlusion hbao".to_owned(), direct().with_occlusion(Hbao { radius: 2.0, ..Hbao::default() })),
         ("virtual lights".to_owned(), direct().with_indirect(VirtualLights::default())),
     ];
     for tracer in Tracer::all().into_iter() {

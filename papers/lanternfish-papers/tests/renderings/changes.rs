@@ -101,7 +101,7 @@ fn settings() -> Vec<Settings> {
         direct().with_samples(Samples::Four),
         usual.clone().with_tone_map(ToneMap::None),
         usual.clone().with_indirect(VirtualLights { count: 256, ..VirtualLights::default() }),
-        direct().with_occlusion(Hbao { radius: 0.5 }),
+        direct().with_occlusion(Hbao { radius: 0.5, ..Hbao::default() }),
         direct().with_debug_view(Some(DebugView::LightCount)),
     ]
 }

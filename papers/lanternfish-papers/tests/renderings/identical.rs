@@ -299,6 +299,29 @@ fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
     }
 }
 
+#[gpu_test(crate::gpu)]
+fn gpu_depth_alone_needs_no_surface_target(gpu: &Gpu) {
+    let (scene, camera) = cornell_in_rain(6);
+    let rendering = |ray_culling, shadows| {
+        let settings = Settings::direct_light().with_ray_culling(ray_culling).with_shadows(shadows);
+        // A pool of its own, whose memory is that of this frame.
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let image = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
+        (image, renderer.memory().bytes)
+    };
+    let (surface, improved) =
+        (rendering(RayCulling::Surface, Shadows::BVH), rendering(RayCulling::Improved, Shadows::BVH));
+    let depth = rendering(RayCulling::Depth, Shadows::BVH);
+    let unshadowed = rendering(RayCulling::Surface, Shadows::None);
+    let pixels = u64::from(SIZE.0 * SIZE.1);
+    assert_eq!(improved.1 - depth.1, 8 * pixels, "bytes of the surface target");
+    assert_eq!(counter(&depth.0, "shadows/rays"), counter(&improved.0, "shadows/rays"), "the culling is the same");
+    let wrong = [&improved, &depth, &unshadowed].map(|image| differing(&image.0, &surface.0) as f64 / pixels as f64);
+    println!("of all pixels differ: {wrong:?} (improved, depth, no shadows)");
+    assert!(wrong[1] < 0.5 * wrong[2] && wrong[1] >= wrong[0], "{wrong:?}");
+}
+
 /// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
 /// or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
 const TRACER_PIXELS: f64 = 1e-3;

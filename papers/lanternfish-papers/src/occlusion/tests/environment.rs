@@ -23,7 +23,7 @@ fn by_deep_images() -> Occlusion {
 }
 
 fn by_horizons() -> Occlusion {
-    Occlusion::from(Hbao { radius: 1.0 })
+    Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })
 }
 
 fn settings(occlusion: Occlusion) -> Settings {

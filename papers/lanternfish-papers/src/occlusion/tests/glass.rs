@@ -82,7 +82,7 @@ fn gpu_glass_tints_the_background_and_mirrors_the_foreground(gpu: &Gpu) {
     let actual = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
     assert_near(actual, 0.96 * TINT + 0.04, 0.015, "half painted");
     // With ambient occlusion instead of rays.
-    for technique in [Occlusion::from(Deep::default()), Occlusion::from(Hbao { radius: 1.0 })] {
+    for technique in [Occlusion::from(Deep::default()), Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })] {
         let actual = middle(gpu, occlusion(technique), &sheets(glass(), &[0.0], 0.0));
         assert_near(actual, 0.96 * TINT + 0.04, 0.015, "with ambient occlusion");
     }
@@ -109,7 +109,7 @@ fn gpu_alpha_is_the_coverage_of_glass(gpu: &Gpu) {
         (AlphaMode::Blend, 102, 0.4),
         (AlphaMode::Blend, 255, 1.0),
     ] {
-        for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
+        for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }))] {
             let actual = middle(gpu, settings, &thin_dielectric(alpha_mode, alpha));
             assert_near(actual, Vec3::ONE.lerp(there, fraction), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
@@ -124,7 +124,7 @@ fn gpu_glass_may_be_in_a_later_view_only(gpu: &Gpu) {
         let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
         Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
     });
-    for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
+    for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }))] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [towards, away] = [(&towards, SIZE.into()), (&away, [SIZE.y, SIZE.x])];
@@ -157,7 +157,7 @@ fn gpu_the_sky_lights_transparent_surfaces(gpu: &Gpu) {
         sampled(),
         sampled().with_samples(Samples::Four),
         occlusion(Occlusion::from(Deep::default())),
-        occlusion(Occlusion::from(Hbao { radius: 1.0 })),
+        occlusion(Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })),
     ] {
         assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
     }
