@@ -5,8 +5,10 @@
 //! - `run.sh` and the scripts that it sources; see `run.sh --help`;
 //! - `lanternfish.tar.gz` and `lanternfish-bench.tar.gz`: the command line and the benches, built for release, without symbols;
 //! - `tests.tar.gz`: the test programs that need an adapter, as built by `cargo xtask test`, without symbols;
-//! - `shared.tar.gz`: scenes, a shot and a track, in the layout of `LANTERNFISH_SHARED`;
+//! - `shared.tar.gz`: scenes, shots and tracks, in the layout of `LANTERNFISH_SHARED`;
 //! - `lib.tar.gz`: libraries that `run.sh` provides to a machine that lacks them.
+//!
+//! `cargo xtask hardware papers` packs a kit of the five papers: the Bistro in place of the city, and no tests.
 
 mod libraries;
 pub mod programs;
@@ -36,24 +38,41 @@ const SCRIPTS: [(&str, &str); 4] = [
     ("run.sh", include_str!("hardware/kit/run.sh")),
 ];
 
-/// Scenes, below the shared folder.
-const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb"];
+/// Scenes, below the shared folder: of either kit, of the kit for tests, and of the papers' kit.
+const SCENES: [&str; 3] =
+    ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb", "assets/bistro/bistro-exterior.glb"];
 
 /// A file below `docs`, and what is replaced in the kit's copy.
 type Page = (&'static str, &'static [(&'static str, &'static str)]);
 
-/// A shot. In the kit `shots` lies beside the `assets` of its scene.
-const SHOT: Page = ("shots/sponza-ten.toml", &[("\"../../../shared/", "\"../")]);
+/// Shots, below `docs`, each with the number of its scene.
+const SHOTS: [(&str, usize); 5] = [
+    ("shots/sponza-ten.toml", 0),
+    ("shots/virtual-lights-walk.toml", 0),
+    ("shots/indirect-sponza.toml", 0),
+    ("shots/deep-images-sponza.toml", 0),
+    ("tracks/bistro.toml", 2),
+];
+/// The start of a scene's path in a shot, there and in the kit, where `shots` lies beside `assets`.
+const PATHS: &[(&str, &str)] = &[("\"../../../shared/", "\"../")];
 
 /// A track. The kit leaves its technique out: a walk chooses its own.
 const TRACK: Page = ("tracks/atrium.toml", &[("shadows = \"none\"\n", ""), ("indirect = \"none\"\n", "")]);
 
-/// Builds, and packs the kit.
-pub fn run() -> Result<(), String> {
+/// Builds, and packs the kit; `papers`: that of the five papers.
+pub fn run(words: &[String]) -> Result<(), String> {
+    let of_papers = match words {
+        [] => false,
+        [word] if word == "papers" => true,
+        _ => return Err(format!("hardware takes `papers` alone, no {words:?}")),
+    };
     programs::check_strip()?;
     let packages = ["--package", "lanternfish-cli", "--package", "lanternfish-bench"];
     let release = programs::build(&mut cargo(["build", "--release"].iter().chain(&packages)))?;
-    let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;
+    let tests = match of_papers {
+        true => None,
+        false => Some(programs::build(cargo(test::TARGETS).arg("--no-run"))?),
+    };
 
     let kit = workspace().join("target/hardware");
     // The contents to pack, and a scratch folder for unpacked packages.
@@ -68,10 +87,10 @@ pub fn run() -> Result<(), String> {
     for program in &programs::RELEASED {
         programs::strip(&program.find(&release)?, &contents.join(program.name))?;
     }
-    for program in &programs::TESTS {
-        programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
+    for (program, tests) in programs::TESTS.iter().flat_map(|program| tests.iter().map(move |tests| (program, tests))) {
+        programs::strip(&program.find(tests)?, &contents.join("tests").join(program.name))?;
     }
-    copy_shared(&contents.join("shared"))?;
+    copy_shared(&contents.join("shared"), if of_papers { &[0, 2] } else { &[0, 1] })?;
     if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
         eprintln!("==> Left out: libraries ({what})");
     }
@@ -103,18 +122,18 @@ fn table(files: &[(String, u64)]) -> Result<String, String> {
     Ok(table)
 }
 
-/// Copies the scenes that are present, the shot if its scene is, and the track.
-fn copy_shared(shared: &Path) -> Result<(), String> {
+/// Copies the scenes of these numbers that are present, the shots of them, and the track.
+fn copy_shared(shared: &Path, scenes: &[usize]) -> Result<(), String> {
     let source = env::var_os("LANTERNFISH_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
-    for scene in SCENES {
+    for scene in scenes.iter().map(|scene| SCENES[*scene]) {
         if source.join(scene).is_file() {
             files::copy(&source.join(scene), &shared.join(scene))?;
         } else {
             eprintln!("==> Left out: {scene} (not in {})", source.display());
         }
     }
-    if shared.join(SCENES[0]).is_file() {
-        copy_page(&SHOT, shared)?;
+    for (shot, _) in SHOTS.iter().filter(|(_, scene)| shared.join(SCENES[*scene]).is_file()) {
+        copy_page(&(shot, PATHS), shared)?;
     }
     copy_page(&TRACK, shared)
 }

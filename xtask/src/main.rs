@@ -37,8 +37,10 @@ cargo xtask test [FILTER] [--quick | --full]
                            sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
-cargo xtask hardware       builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
-                           `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more
+cargo xtask hardware [papers]
+                           builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
+                           `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more;
+                           papers: a kit for `run.sh papers`, the claims of the five papers within 9 minutes
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
@@ -69,9 +71,7 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
-        "audit" | "check" | "dist" | "hardware" if !words.is_empty() => {
-            Err(format!("{task} takes no {:?}\n\n{HELP}", words[0]))
-        }
+        "audit" | "check" | "dist" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
         "check" => check::run(),
         "interface" => interface::run(&words),
         "dist" => dist::run_dist(),
-        "hardware" => hardware::run(),
+        "hardware" => hardware::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

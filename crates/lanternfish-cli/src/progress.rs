@@ -48,13 +48,14 @@ impl Progress {
         // A display without physical size is no concern of the user's.
         let default = if quiet { "error" } else { "warn,winit=error" };
         let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
-        tracing_subscriber::fmt()
+        // A second one in a process, as tests have it, leaves the messages to the first.
+        let _ = tracing_subscriber::fmt()
             .with_env_filter(filter)
             .with_writer(Above(line.clone()))
             .with_ansi(false)
             .without_time()
             .with_target(false)
-            .init();
+            .try_init();
         Self { line, quiet, seconds: Vec::new() }
     }
 

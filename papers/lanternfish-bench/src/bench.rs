@@ -1,10 +1,11 @@
 //! The driver of every benchmark: adapter, output folder, progress, frames, images and the report.
 
 use std::{
-    cell::{RefCell, RefMut},
+    cell::{Cell, RefCell, RefMut},
     fmt::Display,
     fs,
     path::{Path, PathBuf},
+    time::{Duration, Instant},
 };
 
 use clap::Args;
@@ -36,6 +37,9 @@ pub struct RunArgs {
     /// Number of timed runs, after one warm-up run.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
+    /// Leaves out rows that would not end within this time. The first row of each table is measured.
+    #[arg(long, value_name = "SECONDS", hide_short_help = true)]
+    pub seconds: Option<f64>,
     /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
@@ -48,6 +52,10 @@ pub struct Bench {
     /// Shared by all configurations, so that common pipelines are compiled once.
     pub engine: Engine,
     pub runs: u32,
+    /// When no further row begins.
+    deadline: Option<Instant>,
+    /// Of all steps but ground truths.
+    longest: Cell<Duration>,
     progress: RefCell<Progress>,
     report: RefCell<Document>,
     left_out: RefCell<Vec<LeftOut>>,
@@ -59,6 +67,8 @@ pub struct Timed {
     pub image: RenderedImage,
     /// Passes of the first frame, which builds reused structures.
     pub first: Vec<PassTime>,
+    /// Passes of every timed frame.
+    pub runs: Vec<Vec<PassTime>>,
 }
 
 /// A renderer with its scene on the device.
@@ -99,7 +109,9 @@ impl Bench {
             None => Document::new(title, &gpu, args.runs),
         };
         let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
-        Ok(Self { folder, gpu, engine, runs: args.runs, progress, report, left_out })
+        let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
+        let longest = Cell::default();
+        Ok(Self { folder, gpu, engine, runs: args.runs, deadline, longest, progress, report, left_out })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -119,10 +131,15 @@ impl Bench {
 
     /// Runs a step, as [`Progress::step`]. A step within another one is part of that.
     pub fn step<T, E>(&self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
-        match self.progress.try_borrow_mut() {
+        let started = Instant::now();
+        let done = match self.progress.try_borrow_mut() {
             Ok(mut progress) => progress.step(name, doing, work),
             Err(_) => work(),
+        };
+        if name != "ground_truth" {
+            self.longest.set(self.longest.get().max(started.elapsed()));
         }
+        done
     }
 
     /// Passes the progress to `work`.
@@ -130,7 +147,16 @@ impl Bench {
         work(&mut self.progress.borrow_mut())
     }
 
-    /// Rows of all cases. A case that fails with [`Err`] ends the benchmark.
+    /// True if a row that takes as long as the longest step would end in time; else `what` is listed as left out.
+    pub fn has_time(&self, what: &str) -> bool {
+        let has_time = self.deadline.is_none_or(|deadline| Instant::now() + self.longest.get() < deadline);
+        if !has_time {
+            self.leave_out(what, "no time left");
+        }
+        has_time
+    }
+
+    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends the benchmark.
     pub fn rows<C, R, E>(
         &self,
         step: &'static str,
@@ -138,7 +164,8 @@ impl Bench {
         name: impl Fn(&C) -> String,
         mut row: impl FnMut(&C) -> Result<R, E>,
     ) -> Result<Vec<R>, E> {
-        cases.into_iter().map(|case| self.step(step, &name(&case), || row(&case))).collect()
+        let cases = cases.into_iter().enumerate().filter(|(i, case)| *i == 0 || self.has_time(&name(case)));
+        cases.map(|(_, case)| self.step(step, &name(&case), || row(&case))).collect()
     }
 
     /// The report, to which tables are added.
@@ -221,8 +248,14 @@ impl Bench {
 
     /// As [`Self::timed`], with an uploaded scene.
     pub fn timed_on(&self, stage: &mut Stage, view: &View) -> Result<Timed, RenderError> {
-        let (first, image) = least(self.runs, || stage.frame(view), |image| frame_ms(&image.report.passes))?;
-        Ok(Timed { image, first: first.report.passes })
+        let mut runs = Vec::new();
+        let frame = || {
+            let image = stage.frame(view)?;
+            runs.push(image.report.passes.clone());
+            Ok::<_, RenderError>(image)
+        };
+        let (first, image) = least(self.runs, frame, |image| frame_ms(&image.report.passes))?;
+        Ok(Timed { image, first: first.report.passes, runs: runs.split_off(1) })
     }
 
     /// Path of an image of the report, from words.

@@ -152,8 +152,10 @@ impl Document {
 
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# {}\n", self.title);
-        for block in &self.page {
+        for (i, block) in self.page.iter().enumerate() {
             text += &match block {
+                // Of plots, which are not here.
+                Block::Heading(..) if matches!(self.page.get(i + 1), Some(Block::Html(_))) => continue,
                 Block::Heading(level, heading) => format!("\n{} {heading}\n", "#".repeat(*level)),
                 Block::Paragraph(words) => format!("\n{words}\n"),
                 Block::List(lines) => lines.iter().fold("\n".to_owned(), |text, line| text + "- " + line + "\n"),
@@ -228,6 +230,7 @@ mod tests {
         document.facts(Row::default().data("triangles", 36));
         document.section("None", "", "none", Vec::new());
         document.section("Rays", "Of *one* frame.", "rows", vec![Row::default().count("rays", "rays", 7)]);
+        document.heading("A plot");
         document.html("<svg/>".to_owned());
         document.left_out(&[LeftOut { what: "samples".to_owned(), reason: "refused".to_owned() }]);
         let markdown = "# Rays & images\n\n## Rays\n\nOf *one* frame.\n\n| rays |\n|---:|\n| 7 |\n\n## Left out\n\n- samples: refused\n";
@@ -235,7 +238,7 @@ mod tests {
         let html = document.to_html("");
         assert!(
             html.contains("<h1>Rays &amp; images</h1>")
-                && html.contains("<svg/>")
+                && html.contains("<h2>A plot</h2>\n<svg/>")
                 && html.contains("<li>samples: refused</li>")
         );
         let json = serde_json::to_string(&document).unwrap();

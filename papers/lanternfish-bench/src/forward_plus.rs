@@ -109,10 +109,14 @@ impl ForwardPlus {
     ) -> Result<Row, CliError> {
         let mut stage = self.bench.stage(&self.view.scene, settings)?;
         let image = stage.frame(&self.view)?;
+        let mut runs = Vec::new();
         let [frame_ms, shadow_ms] = medians(self.bench.runs, || {
             let (ms, passes) = frame_time(|| stage.frame(&self.view))?;
-            Ok::<_, CliError>([ms, ms_of(&passes.report.passes, "shadows/trace")])
+            let shadow_ms = ms_of(&passes.report.passes, "shadows/trace");
+            runs.push((ms, shadow_ms / ms.max(1e-9)));
+            Ok::<_, CliError>([ms, shadow_ms])
         })?;
+        let (frame_ms_runs, shadow_part_runs): (Vec<f64>, Vec<f64>) = runs.into_iter().unzip();
         let differing = first.as_ref().map_or(0, |first| differing(first, &image));
         let counter = |name| counter(&image.report, name);
         let [listed, reaching] = ["off", "on"].map(|by_range| self.listed(settings, by_range));
@@ -121,7 +125,9 @@ impl ForwardPlus {
             .text("name", "", name)
             .fixed("frame_ms", "frame ms", 2, frame_ms)
             .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
+            .data("frame_ms_runs", frame_ms_runs)
             .percent("shadow_part", "of the frame", 1, shadow_ms / frame_ms.max(1e-9))
+            .data("shadow_part_runs", shadow_part_runs)
             .count("rays", "rays", counter("shadows/rays"))
             .count("light_tests", "light tests", counter("light_culling/light_tests"))
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))

@@ -43,9 +43,6 @@ pub struct WalksArgs {
     /// Measures only walks whose name contains this text. Repeatable.
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
-    /// Leaves out walks that would not end within this time, seconds. The repeated first walk is still measured.
-    #[arg(long, value_name = "SECONDS")]
-    seconds: Option<f64>,
 }
 
 /// Passes of a walk on the page.
@@ -101,7 +98,7 @@ pub fn run(args: &WalksArgs) -> Result<(), CliError> {
     for walk in &wanted {
         let began = started.elapsed().as_secs_f64();
         let what = walk.0.name.clone();
-        if !is_in_time(began, longest, args.seconds) {
+        if !is_in_time(began, longest, args.run.seconds) {
             results.left_out.push(LeftOut { what, reason: "no time left".to_owned() });
             continue;
         }

@@ -94,6 +94,7 @@ const NIESSNER: &[Row] = &[
     ("deep-merge", "0", NONE),
     ("deep-sort", "blocks", "§3.1: peeled layers are in order"),
     ("deep-search", "linear_steps", "§3.2: layer by layer"),
+    ("deep-tolerance", "0.5", "§3.2, fig. 3: a tolerance, which is not stated"),
     ("samples", "4", "§4, fig. 4"),
 ];
 
@@ -116,7 +117,8 @@ const AALUND: &[Row] = &[
     ("deep-resolution", "50", "fig. 9; figs 8 and 10 have 200"),
     ("deep-builder", "per_direction", "§3: one draw for each map"),
     ("deep-merge", "0", NONE),
-    ("deep-search", "linear_steps", "§3.1"),
+    ("deep-store", "sorted_linked_list", "§3: PSPPSLL"),
+    ("deep-test", "off", "§3.1: the first fragment"),
 ];
 
 const ARCHER: &[Row] = &[
@@ -136,13 +138,14 @@ const ARCHER: &[Row] = &[
     ("vpl-most-range", "0.15", "not stated; fitted to his 2,000 lights"),
     ("vpl-large-kept", "10", "§3.2: most of the large ones are discarded; the part is fitted"),
     ("vpl-residual", "lost", NONE),
+    ("vpl-weight", "0", "§3.2 weighs by the number of lights, without a scale: unweighted"),
     ("vpl-shadows", "none", "§4: virtual lights cast none"),
     ("indirect-resolution", "full", "§3.2"),
     ("indirect-filter", "0", NONE),
     ("indirect-clamp", "off", NONE),
     ("deep-directions", "stacks:13x13", "§3.1"),
     ("deep-resolution", "64", "§4"),
-    ("deep-builder", "single_pass", "§3.1"),
+    ("deep-builder", "single_pass_literal", "§3.1, fig. 3"),
     ("deep-merge", "0", NONE),
     ("deep-sort", "blocks", "§3.1"),
     ("deep-search", "linear_steps", "§3.2"),

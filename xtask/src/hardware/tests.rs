@@ -11,13 +11,17 @@ fn a_kit_that_is_too_large_is_an_error_with_its_sizes() {
 }
 
 #[test]
-fn shot_and_track_are_changed_for_the_kit() {
+fn shots_and_track_are_changed_for_the_kit() {
     let folder = env::temp_dir().join(format!("lanternfish-pages-{}", std::process::id()));
-    let copied = [SHOT, TRACK].map(|page| copy_page(&page, &folder).and_then(|()| files::read(&folder.join(page.0))));
-    let wrong = copy_page(&(SHOT.0, &[("no such text", "")]), &folder);
+    let copied = |page: Page| copy_page(&page, &folder).and_then(|()| files::read(&folder.join(page.0)));
+    let shots = SHOTS.map(|(shot, scene)| (copied((shot, PATHS)), scene));
+    let (track, wrong) = (copied(TRACK), copied((SHOTS[0].0, &[("no such text", "")])));
     let _ = fs::remove_dir_all(&folder);
-    let [shot, track] = copied.map(|text| text.expect("every change applies once"));
-    assert!(shot.lines().any(|line| line == format!("scene = \"../{}\"", SCENES[0])), "{shot}");
+    for (shot, scene) in shots {
+        let (shot, line) = (shot.expect("the path is there once"), format!("scene = \"../{}\"", SCENES[scene]));
+        assert!(shot.lines().any(|other| other == line), "{shot}");
+    }
+    let track = track.expect("every change applies once");
     assert!(track.contains("[[track.keyframes]]") && TRACK.1.iter().all(|(line, _)| !track.contains(line)), "{track}");
     assert!(wrong.is_err_and(|error| error.contains("no such text")));
 }
@@ -183,7 +187,7 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
     #[test]
     fn papers_and_direct_light_are_one_report_each() {
         for (part, seconds, words) in
-            [("papers", 3540, "papers --quick --docs "), ("direct", 940, "direct demo:atrium ")]
+            [("papers", 1080, "papers --quick --seconds 5"), ("direct", 940, "direct demo:atrium ")]
         {
             let kit = Kit::new(part, SOFTWARE, "true");
             let output = kit.run(&[part, "--allow-software"], &[]);

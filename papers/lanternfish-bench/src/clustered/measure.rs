@@ -133,6 +133,9 @@ impl ClusterBench<'_> {
             for lit in &lit {
                 let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
                 let what = in_words(&clusters, lights, views, &assigned);
+                if !rows.is_empty() && !self.bench.has_time(&what) {
+                    continue;
+                }
                 let tests = tests_of_all(rows.iter().chain(known), &clusters, lights, views);
                 if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                     let reason = tests.map(|tests| format!("{} tests of a light against a cluster", grouped(tests)));

@@ -14,7 +14,7 @@ use lanternfish_gpu::Frame;
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, deep_images::DeepImages, rays::RayCounter};
 use lanternfish_scene::Scene;
 
-use self::scenes::{bisected, corridors};
+use self::scenes::{bisected, corridors, four_of};
 use super::{
     DeepBench,
     build::build,
@@ -34,7 +34,7 @@ pub const TEXT: &str = "Texels that a ray looks into until its first hit (one, a
                         have more of them, because the axis is farther from the ray's direction; the number of triangles does not matter; and \
                         a ray in a tight corridor has fewer than one in an empty box. *Twice* and *four times*: the same surfaces with every \
                         triangle cut in two, once and twice, and the same rays. The box has edges of 10 m; the corridors, 10 by 10, fill the same \
-                        box. With an odd k of 6 k² directions some axes lie in walls, which then have no fragments.";
+                        box. *Four of the scene*: copies side by side through images with twice the texels. With an odd k of 6 k² directions some axes lie in walls, which then have no fragments.";
 
 /// Texels and fragments of a ray on average, to the first hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,6 +115,8 @@ impl DeepBench {
         ] {
             rows.push(self.crossings_of(words, scene, usual, rays.clone(), count)?.0);
         }
+        let finer = DeepImageSettings { resolution: 2 * usual.resolution, ..usual };
+        rows.push(self.crossings_of("four of the scene", &four_of(scene), finer, None, count)?.0);
         Ok(rows)
     }
 

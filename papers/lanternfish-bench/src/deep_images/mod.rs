@@ -86,10 +86,13 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     let is_wanted = |name: &str| args.tables.iter().any(|table| table == name);
     for group in groups(args.quick).into_iter().filter(|group| is_wanted(&group.title.to_lowercase())) {
         for settings in &group.rows {
+            if !of.built.is_empty() && !of.bench.has_time(group.title) {
+                continue;
+            }
             of.case(&group, *settings, (&scene, &exact, args.rays))?;
         }
     }
-    let crossings = match is_wanted(crossings::TABLE) {
+    let crossings = match is_wanted(crossings::TABLE) && (of.built.is_empty() || of.bench.has_time(crossings::TABLE)) {
         true => of.crossings(&scene, args.quick, args.rays)?,
         false => Vec::new(),
     };

@@ -122,6 +122,9 @@ impl RayBench {
         }
         let mut profiler = Profiler::new(&bench.gpu.device, &bench.gpu.queue);
         for group in &plan.groups {
+            if !bench.has_time(&group.set.in_words()) {
+                continue;
+            }
             match self.fragments_a_texel(group, &mut profiler, &mut measured.images) {
                 Ok(fragments) => self.group(group, fragments, &references, &converged, &mut measured)?,
                 Err(reason) => bench.leave_out(group.set.in_words(), reason),
@@ -166,6 +169,9 @@ impl RayBench {
         let bytes = measured.images.last().and_then(|built| built.get("bytes").as_u64()).unwrap_or(0);
         for case in &group.rows {
             let words = case.in_words();
+            if !self.bench.has_time(&words) {
+                continue;
+            }
             let Some(reference) = references.iter().find(|reference| reference.case == case.through_bvh()) else {
                 self.bench.leave_out(words, "no image through the BVH to compare with");
                 continue;

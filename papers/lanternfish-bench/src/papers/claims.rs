@@ -2,7 +2,10 @@
 
 use serde::Deserialize;
 
-use super::query::Found;
+use super::{
+    measure::{Basis, Measure},
+    query::Found,
+};
 use crate::table::Row;
 
 /// Placeholder for a missing figure.
@@ -11,20 +14,37 @@ pub const NOT_MEASURED: &str = "not measured";
 /// Verdict on a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    Confirmed,
+    /// By counts, memory or errors where there is no basis; else by times, whose whole interval fulfils the rule.
+    Confirmed(Option<Basis>),
+    /// The interval of times fulfils the rule in part.
+    WithinNoise,
     NotConfirmed,
     /// The reason.
     NotTestable(String),
 }
 
 impl Verdict {
-    /// In one or two words.
+    /// The names of all, with their keys.
+    pub const NAMES: [(&str, &str); 6] = [
+        ("by_counts", "confirmed by counts"),
+        ("by_pairs", "confirmed by paired times"),
+        ("by_times_apart", "confirmed by times apart"),
+        ("within_noise", "within noise"),
+        ("not_confirmed", "not confirmed"),
+        ("not_testable", "not testable here"),
+    ];
+
+    /// In a few words.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Confirmed => "confirmed",
-            Self::NotConfirmed => "not confirmed",
-            Self::NotTestable(_) => "not testable here",
-        }
+        Self::NAMES[match self {
+            Self::Confirmed(None) => 0,
+            Self::Confirmed(Some(Basis::Pairs(_))) => 1,
+            Self::Confirmed(Some(Basis::Apart)) => 2,
+            Self::WithinNoise => 3,
+            Self::NotConfirmed => 4,
+            Self::NotTestable(_) => 5,
+        }]
+        .1
     }
 }
 
@@ -79,6 +99,30 @@ impl<'a> Rule<'a> {
         self.least.is_none_or(|least| figure >= least) && self.most.is_none_or(|most| figure <= most)
     }
 
+    /// The verdict on a figure, or on the interval of one of times.
+    fn verdict(&self, measure: &Measure) -> Verdict {
+        match measure.interval() {
+            None if self.holds(measure.value) => Verdict::Confirmed(None),
+            None => Verdict::NotConfirmed,
+            Some((interval, basis)) if interval.iter().all(|end| self.holds(*end)) => Verdict::Confirmed(Some(basis)),
+            // Of a time that is not a number no end is beyond a limit.
+            Some(([low, high], _)) => {
+                let is_beyond =
+                    self.least.is_some_and(|least| high < least) || self.most.is_some_and(|most| low > most);
+                if is_beyond || !measure.value.is_finite() { Verdict::NotConfirmed } else { Verdict::WithinNoise }
+            }
+        }
+    }
+
+    /// An interval and what it rests on.
+    fn interval_words(&self, ([low, high], basis): ([f64; 2], Basis)) -> String {
+        let (low, high) = (self.unit.show(low), self.unit.show(high));
+        match basis {
+            Basis::Pairs(count) => format!("median of {count} pairs, 95 %: {low} to {high}"),
+            Basis::Apart => format!("{low} to {high}"),
+        }
+    }
+
     fn words(&self) -> String {
         let show = |limit: f64| self.unit.show(limit);
         let limits = match (self.least, self.most) {
@@ -93,7 +137,7 @@ impl<'a> Rule<'a> {
 /// What was measured for a claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    pub value: f64,
+    pub measure: Measure,
     /// Explains the figure; stands behind it.
     pub note: String,
     /// Why it cannot confirm the claim, where it cannot.
@@ -101,8 +145,8 @@ pub struct Figure {
 }
 
 impl Figure {
-    pub fn of(value: f64, note: impl Into<String>) -> Self {
-        Self { value, note: note.into(), caveat: None }
+    pub fn of(measure: Measure, note: impl Into<String>) -> Self {
+        Self { measure, note: note.into(), caveat: None }
     }
 }
 
@@ -126,6 +170,9 @@ pub struct Claim {
     /// A figure that no expression gives, and its arguments.
     #[serde(default)]
     pub special: String,
+    /// Values that the paper does not state and that are chosen here, on which the figure rests.
+    #[serde(default)]
+    fitted: String,
 }
 
 /// A claim with its verdict.
@@ -134,6 +181,7 @@ pub struct Judged {
     pub claim: Claim,
     ours: String,
     value: Option<f64>,
+    interval: Option<[f64; 2]>,
     rule: String,
     pub verdict: Verdict,
 }
@@ -146,19 +194,33 @@ impl Claim {
         let rule = Rule::read(&self.rule).unwrap_or_else(|| panic!("{}: {}", self.what, self.rule));
         let is_speed = (self.is_of_a_card && is_software)
             .then(|| "the speed of a graphics card, and this adapter is software".to_owned());
-        let (value, ours, verdict) = match found {
-            Err(why) => (None, NOT_MEASURED.to_owned(), Verdict::NotTestable(format!("{NOT_MEASURED}, because {why}"))),
-            Ok(Figure { value, note, caveat }) => {
-                let verdict = match (rule.holds(value), is_speed, caveat) {
-                    (_, Some(reason), _) | (true, None, Some(reason)) => Verdict::NotTestable(reason),
-                    (true, None, None) => Verdict::Confirmed,
-                    (false, None, _) => Verdict::NotConfirmed,
-                };
-                let note = if note.is_empty() { note } else { format!(" ({note})") };
-                (Some(value), rule.unit.show(value) + &note, verdict)
-            }
+        let mut judged = Judged {
+            claim: self.clone(),
+            ours: NOT_MEASURED.to_owned(),
+            value: None,
+            interval: None,
+            rule: rule.words(),
+            verdict: Verdict::NotTestable(String::new()),
         };
-        Judged { claim: self.clone(), ours, value, rule: rule.words(), verdict }
+        if !self.fitted.is_empty() {
+            judged.rule += &format!("; fitted: {}", self.fitted);
+        }
+        match found {
+            Err(why) => judged.verdict = Verdict::NotTestable(format!("{NOT_MEASURED}, because {why}")),
+            Ok(Figure { measure, note, caveat }) => {
+                judged.verdict = match (rule.verdict(&measure), is_speed, caveat) {
+                    (_, Some(reason), _) | (Verdict::Confirmed(_), None, Some(reason)) => Verdict::NotTestable(reason),
+                    (verdict, ..) => verdict,
+                };
+                let value = measure.decisive();
+                let notes = [note, measure.interval().map_or(String::new(), |interval| rule.interval_words(interval))];
+                let notes: Vec<String> = notes.into_iter().filter(|note| !note.is_empty()).collect();
+                let notes = if notes.is_empty() { String::new() } else { format!(" ({})", notes.join("; ")) };
+                judged.ours = rule.unit.show(value) + &notes;
+                (judged.value, judged.interval) = (Some(value), measure.interval().map(|(interval, _)| interval));
+            }
+        }
+        judged
     }
 }
 
@@ -170,6 +232,7 @@ impl Judged {
             _ => None,
         };
         let verdict = self.verdict.name();
+        let fitted = if self.claim.fitted.is_empty() { "" } else { ", fitted" };
         Row::default()
             .data("of", paper)
             .text("claim", "claim", &self.claim.what)
@@ -177,9 +240,11 @@ impl Judged {
             .text("paper", "paper", &self.claim.paper)
             .text("ours", "here", &self.ours)
             .data("value", self.value)
+            .data("interval", self.interval)
+            .data("fitted", !self.claim.fitted.is_empty())
             .text("rule", "rule", &self.rule)
             .text("verdict", "verdict", verdict)
-            .said_as(reason.map_or(verdict.to_owned(), |reason| format!("{verdict}: {reason}")))
+            .said_as(reason.map_or(verdict.to_owned() + fitted, |reason| format!("{verdict}: {reason}")))
             .data("reason", reason)
     }
 }
@@ -188,11 +253,15 @@ impl Judged {
 mod tests {
     use super::*;
 
+    fn figure(value: f64) -> Figure {
+        Figure::of(Measure::exact(value), "")
+    }
+
     fn saving(is_of_a_card: bool) -> Claim {
         let [what, source, paper] = ["it saves", "[A, §1]", "40 %"].map(str::to_owned);
         let rule = "the saving: percent at least 0.2".to_owned();
-        let [figure, note, special] = Default::default();
-        Claim { what, source, paper, rule, is_of_a_card, figure, note, special }
+        let [figure, note, special, fitted] = Default::default();
+        Claim { what, source, paper, rule, is_of_a_card, figure, note, special, fitted }
     }
 
     #[test]
@@ -210,10 +279,10 @@ mod tests {
 
     #[test]
     fn a_claim_is_judged_by_its_figure() {
-        let verdict = |value: f64| saving(false).judged(Ok(Figure::of(value, "")), true).verdict;
-        assert_eq!((verdict(0.25), verdict(0.15)), (Verdict::Confirmed, Verdict::NotConfirmed));
-        assert_eq!(saving(true).judged(Ok(Figure::of(0.25, "")), false).verdict, Verdict::Confirmed);
-        let software = saving(true).judged(Ok(Figure::of(0.25, "")), true);
+        let verdict = |value: f64| saving(false).judged(Ok(figure(value)), true).verdict;
+        assert_eq!((verdict(0.25), verdict(0.15)), (Verdict::Confirmed(None), Verdict::NotConfirmed));
+        assert_eq!(saving(true).judged(Ok(figure(0.25)), false).verdict, Verdict::Confirmed(None));
+        let software = saving(true).judged(Ok(figure(0.25)), true);
         assert!(matches!(&software.verdict, Verdict::NotTestable(reason) if reason.contains("software")));
         assert_eq!((software.ours.as_str(), software.value), ("25.00 %", Some(0.25)), "it is shown all the same");
         let missing = saving(false).judged(Err("no row deep".to_owned()), false);
@@ -223,16 +292,34 @@ mod tests {
 
     #[test]
     fn a_caveat_keeps_from_confirming_alone() {
-        let figure = |value| Figure { caveat: Some("too few".to_owned()), ..Figure::of(value, "of two") };
+        let figure = |value| Figure { caveat: Some("too few".to_owned()), ..figure(value) };
         let verdict = |value| saving(false).judged(Ok(figure(value)), false).verdict;
         assert_eq!(verdict(0.3), Verdict::NotTestable("too few".to_owned()));
         assert_eq!(verdict(0.1), Verdict::NotConfirmed);
     }
 
     #[test]
+    fn an_interval_of_times_decides_as_a_whole() {
+        let verdict = |runs: &[f64]| {
+            let measure = Measure::time(runs[0], runs.to_vec(), 1.5, Some("rows".to_owned()));
+            saving(false).judged(Ok(Figure::of(measure, "")), true)
+        };
+        let judged = verdict(&[0.21, 0.22, 0.23, 0.24, 0.25, 0.26]);
+        assert_eq!(judged.verdict, Verdict::Confirmed(Some(Basis::Pairs(6))));
+        assert_eq!(judged.ours, "24.00 % (median of 6 pairs, 95 %: 21.00 % to 26.00 %)");
+        assert_eq!(verdict(&[0.19, 0.22, 0.23, 0.24, 0.25, 0.26]).verdict, Verdict::WithinNoise);
+        assert_eq!(verdict(&[0.1, 0.11, 0.12, 0.13, 0.14, 0.15]).verdict, Verdict::NotConfirmed);
+        // Few runs have the margin.
+        assert_eq!(verdict(&[0.21]).verdict, Verdict::WithinNoise);
+        assert_eq!(verdict(&[0.4]).verdict, Verdict::Confirmed(Some(Basis::Apart)));
+        assert_eq!(verdict(&[f64::NAN]).verdict, Verdict::NotConfirmed);
+    }
+
+    #[test]
     fn the_rule_stands_in_the_row() {
-        let row = saving(false).judged(Ok(Figure::of(0.25, "mean of 3")), false).row("a");
-        assert_eq!(row.words("rule"), "confirmed if the saving is at least 20.00 %");
-        assert_eq!((row.words("ours"), row.words("verdict")), ("25.00 % (mean of 3)", "confirmed"));
+        let fitted = Claim { fitted: "a spacing of 0.02".to_owned(), ..saving(false) };
+        let row = fitted.judged(Ok(Figure { note: "mean of 3".to_owned(), ..figure(0.25) }), false).row("a");
+        assert_eq!(row.words("rule"), "confirmed if the saving is at least 20.00 %; fitted: a spacing of 0.02");
+        assert_eq!((row.words("ours"), row.words("verdict")), ("25.00 % (mean of 3)", "confirmed by counts, fitted"));
     }
 }

@@ -12,6 +12,9 @@ use super::{
 };
 use crate::table::{DASH, Row};
 
+/// Samples a pixel of the path tracer's image below which no claim on errors is judged.
+const LEAST_SAMPLES: f64 = 32.0;
+
 /// A paper, beside ours.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -51,6 +54,24 @@ pub struct Table {
     /// A table that no list of columns gives.
     #[serde(default)]
     special: String,
+}
+
+impl Table {
+    /// True if a column has a figure that was measured.
+    pub fn has_figures(&self, rows: &[Row]) -> bool {
+        let mut keys = self.columns.iter().filter(|column| column.matches(';').count() > 2);
+        let is_figure = |row: &Row, key: &str| {
+            let value = row.get(key);
+            value.is_number() || value.as_str().is_some_and(|words| words != DASH)
+        };
+        let is_measured = |key: &str| rows.iter().any(|row| is_figure(row, key));
+        match self.columns.is_empty() {
+            true => !rows.is_empty(),
+            false => {
+                keys.any(|column| column.contains('{') && is_measured(column.split(';').next().unwrap_or_default()))
+            }
+        }
+    }
 }
 
 /// A value of the paper.
@@ -103,12 +124,14 @@ impl Declared {
         if !claim.special.is_empty() {
             return special::figure(&claim.special, reports);
         }
-        let value = reports.value(&self.resolved(&claim.figure))?;
+        let expression = self.resolved(&claim.figure);
+        has_reference(&expression, reports)?;
+        let measure = reports.measure(&expression)?;
         let note = filled(&claim.note, |field| {
             let (expression, digits) = field.split_once(';').unwrap_or((field, "2"));
             self.shown(reports, expression, digits.trim()).unwrap_or(DASH.to_owned())
         });
-        Ok(Figure::of(value, note))
+        Ok(Figure::of(measure, note))
     }
 
     /// A figure with so many digits; `+2`: with its sign.
@@ -126,6 +149,21 @@ impl Declared {
         self.lets.iter().fold(expression.trim().to_owned(), replaced)
     }
 
+    /// Every query of the claims and tables, with the values of the tables' rows.
+    #[cfg(test)]
+    pub fn queries(&self) -> Vec<String> {
+        let claims = self.claims.iter().flat_map(|claim| [claim.figure.clone(), claim.note.clone()]);
+        let of_row = |table: &'_ Table, values: &[Value]| -> Vec<String> {
+            table.columns.iter().map(|column| with_values(column, values)).collect()
+        };
+        let tables = self.tables.iter().flat_map(|table| table.rows.iter().flat_map(move |row| of_row(table, row)));
+        let texts: Vec<String> = claims.chain(tables).map(|text| self.resolved(&text)).collect();
+        let between = |text: &String| -> Vec<String> {
+            text.split('{').skip(1).filter_map(|rest| Some(rest.split_once('}')?.0.to_owned())).collect()
+        };
+        texts.iter().flat_map(between).collect()
+    }
+
     /// The rows of a table.
     pub fn rows(&self, table: &Table, reports: &Reports) -> Vec<Row> {
         if !table.special.is_empty() {
@@ -135,10 +173,6 @@ impl Declared {
     }
 
     fn row(&self, columns: &[String], values: &[Value], reports: &Reports) -> Row {
-        let with_values = |text: &str| {
-            let replaced = |all: String, (i, value): (usize, &Value)| all.replace(&format!("${i}"), &value.to_string());
-            values.iter().enumerate().fold(text.to_owned(), replaced)
-        };
         columns.iter().fold(Row::default(), |row, column| {
             let fields: Vec<&str> = column.splitn(4, ';').map(str::trim).collect();
             match fields[..] {
@@ -153,11 +187,11 @@ impl Declared {
                     row.said_as(format_args!("{}{unit}", values[i]))
                 }
                 [key, heading, "words", query] => {
-                    let words = reports.words(&self.resolved(&with_values(query))).unwrap_or(DASH.to_owned());
+                    let words = reports.words(&self.resolved(&with_values(query, values))).unwrap_or(DASH.to_owned());
                     row.text(key.to_owned(), heading, words)
                 }
                 [key, heading, digits, expression] => {
-                    let expression = with_values(expression);
+                    let expression = with_values(expression, values);
                     let shown = self.shown(reports, &expression, digits);
                     let value = reports.value(&self.resolved(&expression)).ok();
                     row.optional(key.to_owned(), heading, value).said_as(shown.unwrap_or(NOT_MEASURED.to_owned()))
@@ -166,6 +200,25 @@ impl Declared {
             }
         })
     }
+}
+
+/// A text with the values of a row in place of `$0`, `$1` and so on.
+fn with_values(text: &str, values: &[Value]) -> String {
+    let replaced = |all: String, (i, value): (usize, &Value)| all.replace(&format!("${i}"), &value.to_string());
+    values.iter().enumerate().fold(text.to_owned(), replaced)
+}
+
+/// Fails if an error against the path tracer is asked for whose image has few samples.
+fn has_reference(expression: &str, reports: &Reports) -> Found<()> {
+    let is_error = ["| flip}", "| energy}", "| indirect_energy}"].iter().any(|key| expression.contains(key));
+    let part = expression.trim_start_matches(['(', '{']).split('|').next().unwrap_or_default().trim();
+    let samples = reports.part(part).and_then(|part| part.f64("truth_samples")).unwrap_or(LEAST_SAMPLES);
+    if is_error && samples < LEAST_SAMPLES {
+        return Err(format!(
+            "{part}: the path tracer's image has {samples} samples a pixel, errors need {LEAST_SAMPLES}"
+        ));
+    }
+    Ok(())
 }
 
 /// A text with every field between `<` and `>` replaced.
@@ -196,4 +249,12 @@ fn declarations_are_complete_and_every_expression_can_be_read() {
         }
         assert!(!declared.comparable(&none).contains('<'), "{paper:?}");
     }
+}
+
+#[test]
+fn errors_need_an_image_with_many_samples() {
+    let mut reports = Reports::default();
+    reports.add("photons", Ok(serde_json::json!({ "truth_samples": 4 })));
+    let of = |key: &str| has_reference(&format!("({{photons | rows | name=a | {key}}}) / 2"), &reports).is_ok();
+    assert_eq!(["flip", "indirect_energy", "bytes"].map(of), [false, false, true]);
 }

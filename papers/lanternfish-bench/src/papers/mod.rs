@@ -5,6 +5,7 @@
 
 mod claims;
 mod declared;
+mod measure;
 mod page;
 mod parts;
 mod query;
@@ -13,7 +14,10 @@ mod special;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 use clap::{Args, ValueEnum};
 use lanternfish_cli::{
@@ -26,7 +30,7 @@ use serde::Deserialize;
 
 use self::{
     page::{Machine, RanPart},
-    parts::{Part, parts},
+    parts::{Form, Part, parts},
     query::Reports,
     runner::Ran,
 };
@@ -38,10 +42,22 @@ pub struct PapersArgs {
     /// Only this paper. Repeatable.
     #[arg(long = "paper", value_name = "NAME", value_enum)]
     papers: Vec<Paper>,
+    /// Only this part. Repeatable.
+    #[arg(long = "part", value_name = "NAME", value_parser = part_name)]
+    parts: Vec<String>,
     /// Small images: minutes on a processor. Without it: the papers' sizes, for a graphics card.
     #[arg(long)]
     quick: bool,
-    /// Measures only what is not complete in the folder, or was measured with other arguments or on another adapter.
+    /// Nine minutes on a graphics card: the rows that claims need, each part with seconds of its own.
+    #[arg(long, conflicts_with = "quick")]
+    card: bool,
+    /// Ends after this time, seconds: parts and rows that would begin later are left out, and the page says so.
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+    /// Version of the sources. Default: what git says of them.
+    #[arg(long, value_name = "TEXT", hide_short_help = true)]
+    commit: Option<String>,
+    /// Measures only what is not complete in the folder, or was measured with other arguments, by other sources or on another adapter.
     #[arg(long)]
     resume: bool,
     /// The folder for the page and for the parts' reports. It is made if it is not there.
@@ -57,6 +73,12 @@ pub struct PapersArgs {
 
 fn named_adapter(text: &str) -> Result<String, String> {
     adapter(text).map(|_| text.to_owned())
+}
+
+fn part_name(text: &str) -> Result<String, String> {
+    let names: Vec<String> = parts().into_iter().map(|part| part.name).collect();
+    let is_known = names.iter().any(|name| name == text);
+    if is_known { Ok(text.to_owned()) } else { Err(format!("the parts are {}", names.join(", "))) }
 }
 
 /// A paper, as `parts.toml` names it too.
@@ -90,10 +112,12 @@ pub fn run(args: &PapersArgs) -> Result<(), CliError> {
     let papers: Vec<Paper> = PAPERS.into_iter().filter(is_requested).collect();
     let mut parts = parts();
     parts.retain(|part| part.papers.iter().any(is_requested));
+    parts.retain(|part| args.parts.is_empty() || args.parts.contains(&part.name));
+    let of = Run { args, adapter: &machine.adapter, started: Instant::now(), commit: args.commit() };
     let mut reports = Reports::of(machine.is_software);
     let mut ran = Vec::new();
     for (i, part) in parts.iter().enumerate() {
-        let done = measure(args, part, &machine.adapter, &format!("{}/{}", i + 1, parts.len()))?;
+        let done = of.measure(part, &format!("{}/{}", i + 1, parts.len()))?;
         ran.push(RanPart::of(part, &done));
         reports.add(&part.name, done.1.outcome);
         // After every part: whoever ends the program has a page of what there is.
@@ -113,37 +137,71 @@ pub fn beside(paper: Paper, part: &str, report: &mut Document) {
     }
 }
 
-/// Runs a part, or finds what it left. With its arguments, where it has some in this form.
-fn measure(
-    args: &PapersArgs,
-    part: &Part,
-    adapter: &str,
-    number: &str,
-) -> Result<(Option<Vec<String>>, Ran), CliError> {
-    let folder = args.output.join("parts").join(&part.name);
-    let Some(arguments) = part.arguments(args.quick, &args.docs, &folder, args.adapter.as_deref()) else {
-        let outcome = Err("it is left out of the quick run".to_owned());
-        return Ok((None, Ran { outcome, seconds: None }));
-    };
-    let with = runner::made_with(&arguments, adapter);
-    let command = format!("lanternfish-bench {}", arguments.join(" "));
-    let ran = match runner::kept(part, &folder, &with).filter(|_| args.resume) {
-        Some(report) => {
-            eprintln!("{number} {}: kept, {command}", part.name);
-            Ran { outcome: Ok(report), seconds: None }
+impl PapersArgs {
+    fn form(&self) -> Form {
+        match (self.quick, self.card) {
+            (true, _) => Form::Quick,
+            (_, true) => Form::Card,
+            _ => Form::Full,
         }
-        None => {
-            eprintln!("{number} {}: {command}", part.name);
-            let ran = runner::run(part, &arguments, &folder, &with)?;
-            let seconds = ran.seconds.unwrap_or_default();
-            match &ran.outcome {
-                Ok(_) => eprintln!("{number} {}: {seconds:.0} s", part.name),
-                Err(reason) => eprintln!("{number} {}: {seconds:.0} s, failed: {reason}", part.name),
-            }
-            ran
+    }
+
+    fn commit(&self) -> String {
+        self.commit.clone().unwrap_or_else(runner::commit)
+    }
+}
+
+/// What all parts of a run share.
+struct Run<'r> {
+    args: &'r PapersArgs,
+    /// The adapter's name.
+    adapter: &'r str,
+    started: Instant,
+    commit: String,
+}
+
+/// A part has as much more time to write its report, seconds.
+const TO_WRITE: f64 = 10.0;
+
+impl Run<'_> {
+    /// Seconds that a part may take: its own, and those that are left. None: any.
+    fn seconds_of(&self, part: &Part) -> Option<f64> {
+        let left = self.args.seconds.map(|seconds| seconds - self.started.elapsed().as_secs_f64());
+        let own = part.card_seconds.filter(|_| self.args.card);
+        [left, own].into_iter().flatten().reduce(f64::min)
+    }
+
+    /// Runs a part, or finds what it left. With its arguments, where it has some in this form.
+    fn measure(&self, part: &Part, number: &str) -> Result<(Option<Vec<String>>, Ran), CliError> {
+        let (args, name) = (self.args, &part.name);
+        let folder = args.output.join("parts").join(name);
+        let Some(arguments) = part.arguments(args.form(), &args.docs, &folder, args.adapter.as_deref()) else {
+            return Ok((None, Ran::left_out("it is left out of this run")));
+        };
+        let command = format!("lanternfish-bench {}", arguments.join(" "));
+        let with = runner::made_with(&arguments, self.adapter, &self.commit);
+        if let Some(ran) = runner::kept(part, &folder, &with).filter(|_| args.resume) {
+            eprintln!("{number} {name}: kept, {command}");
+            return Ok((Some(arguments), ran));
         }
-    };
-    Ok((Some(arguments), ran))
+        let seconds = self.seconds_of(part);
+        if seconds.is_some_and(|seconds| seconds <= 0.0) {
+            eprintln!("{number} {name}: left out, no time left");
+            return Ok((Some(arguments), Ran::left_out("no time was left")));
+        }
+        eprintln!("{number} {name}: {command}");
+        let deadline =
+            seconds.filter(|_| part.measures()).map(|seconds| ["--seconds".to_owned(), format!("{seconds:.0}")]);
+        let words: Vec<String> = arguments.iter().cloned().chain(deadline.into_iter().flatten()).collect();
+        let most = seconds.map(|seconds| Duration::from_secs_f64(seconds + TO_WRITE));
+        let ran = runner::run(part, &words, &folder, &with, most)?;
+        let seconds = ran.seconds.unwrap_or_default();
+        match &ran.outcome {
+            Ok(_) => eprintln!("{number} {name}: {seconds:.0} s"),
+            Err(reason) => eprintln!("{number} {name}: {seconds:.0} s, failed: {reason}"),
+        }
+        Ok((Some(arguments), ran))
+    }
 }
 
 fn write(
@@ -153,7 +211,7 @@ fn write(
     reports: &Reports,
     ran: &[RanPart],
 ) -> Result<(), CliError> {
-    let document = page::page(papers, machine, args.quick, reports, ran);
+    let document = page::page(papers, machine, args.form(), reports, ran);
     let file = |name: &str| -> PathBuf { Path::new(&args.output).join(name) };
     write_text(&file("papers.json"), &document.to_json())?;
     write_text(&file("papers.md"), &document.to_markdown())?;

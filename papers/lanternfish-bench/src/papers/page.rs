@@ -2,10 +2,18 @@
 
 use lanternfish_gpu::AdapterDescription;
 
-use super::{Paper, claims::NOT_MEASURED, parts::Part, query::Reports, runner::Ran, special};
+use super::{
+    Paper,
+    claims::{NOT_MEASURED, Verdict},
+    measure::margin,
+    parts::{Form, Part},
+    query::Reports,
+    runner::Ran,
+    special,
+};
 use crate::{
     document::Document,
-    table::{DASH, Row, to_markdown},
+    table::{Row, to_markdown},
 };
 
 pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:90rem;padding:0 1rem;color:#222}\
@@ -53,31 +61,36 @@ impl RanPart {
             .map_or_else(|reason| format!("{NOT_MEASURED}, because {reason}"), |_| "measured".to_owned());
         let row =
             Row::default().text("part", "part", &part.name).text("command", "command", command.unwrap_or_default());
-        let row = row.optional("seconds", "seconds", ran.seconds);
-        let row = row.said_as(ran.seconds.map_or(DASH.to_owned(), |seconds| format!("{seconds:.0}")));
+        let row = row.maybe("seconds", "seconds", 0, ran.seconds).text("commit", "commit", &ran.commit);
         Self(row.text("outcome", "outcome", outcome.replace('|', "/")))
     }
 }
 
 /// All of it.
-pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports, ran: &[RanPart]) -> Document {
+pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, ran: &[RanPart]) -> Document {
     let header = Row::default().data("version", env!("CARGO_PKG_VERSION")).data("adapter", &machine.adapter);
-    let header = header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", quick);
+    let header =
+        header.data("driver", &machine.driver).data("software", machine.is_software).data("quick", form == Form::Quick);
     let mut page = Document::titled("Five papers, and what is measured here", header);
     page.paragraph(format!(
-        "{} on {}, Lanternfish {}; {}. Ratios, counts and errors have a verdict on any adapter; the speed of a graphics card has none on a \
-         software adapter. A rule stands beside each verdict.",
+        "{} on {}, Lanternfish {}; {}. A rule stands beside each verdict. Counts, memory and errors hold on any adapter; the speed of a graphics \
+         card has no verdict on a software adapter.",
         machine.adapter,
         machine.driver,
         env!("CARGO_PKG_VERSION"),
-        if quick { "the quick run, of small images" } else { "the full run" }
+        match form {
+            Form::Full => "the full run",
+            Form::Quick => "the quick run, of small images",
+            Form::Card => "the run of nine minutes for a graphics card",
+        }
     ));
-    if machine.is_software {
-        page.paragraph(
-            "Of a software adapter, ratios of times say little about a graphics card, and those of few runs beside other work are noisy: \
-             their verdicts hold for this machine. Counts, memory and errors hold on any.",
-        );
-    }
+    page.paragraph(format!(
+        "A claim on times is confirmed if the whole interval of the figure fulfils its rule, and within noise if a part does. Paired times: rows \
+         measured in turn, run by run, six runs or more; the figure is the median of the pairs, the interval has 95 %. Times apart: all others; \
+         the interval is that of all runs, with a margin of {} × for what changes meanwhile. Fitted: the figure rests on values that the paper \
+         does not state.",
+        margin(machine.is_software)
+    ));
     page.show(counted(papers, reports));
     let mut claims = Vec::new();
     for paper in papers {
@@ -89,20 +102,26 @@ pub fn page(papers: &[Paper], machine: &Machine, quick: bool, reports: &Reports,
         page.subheading("Claims");
         page.show(rows.iter().cloned());
         claims.extend(rows);
+        let mut without_figures = Vec::new();
         for table in &declared.tables {
-            page.subheading(&table.heading);
             let rows = declared.rows(table, reports);
+            if !table.has_figures(&rows) {
+                without_figures.push(table.heading.clone());
+                continue;
+            }
+            page.subheading(&table.heading);
             if !table.text.is_empty() {
                 page.paragraph(table.text.as_str());
             }
-            match rows.is_empty() {
-                true => page.paragraph(NOT_MEASURED),
-                false => page.show(rows.iter().cloned()),
-            }
+            page.show(rows.iter().cloned());
             page.keep(table.key.clone(), rows);
         }
         if *paper == Paper::VanGelderen {
             special::plots(&mut page, reports);
+        }
+        if !without_figures.is_empty() {
+            page.subheading("Not measured");
+            page.list(without_figures);
         }
     }
     page.keep("claims", claims);
@@ -116,9 +135,7 @@ fn counted(papers: &[Paper], reports: &Reports) -> Vec<Row> {
     let row = |paper: &Paper| {
         let declared = paper.declared();
         let judged = declared.judged(reports);
-        let columns =
-            [("confirmed", "confirmed"), ("not_confirmed", "not confirmed"), ("not_testable", "not testable here")];
-        columns.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
+        Verdict::NAMES.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
             row.number(*key, verdict, judged.iter().filter(|claim| claim.verdict.name() == *verdict).count())
         })
     };

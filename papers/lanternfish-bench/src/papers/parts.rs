@@ -19,11 +19,25 @@ pub struct Part {
     shot: String,
     stand_in: String,
     full: String,
+    card: Option<String>,
+    /// Most seconds of the form `card`.
+    pub card_seconds: Option<f64>,
     #[serde(default)]
     quick_scene: String,
     quick: Option<String>,
     #[serde(default)]
     quick_shot: bool,
+}
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The papers' sizes.
+    Full,
+    /// Small images, for a processor.
+    Quick,
+    /// What nine minutes on a graphics card are enough for.
+    Card,
 }
 
 /// A track of a scene that every program has, which is written into the part's folder.
@@ -45,21 +59,27 @@ pub fn parts() -> Vec<Part> {
 impl Part {
     /// The file that it writes into its folder.
     pub fn product(&self) -> &'static str {
-        if self.bench == "attenuation" { "attenuation.svg" } else { "report.json" }
+        if self.measures() { "report.json" } else { "attenuation.svg" }
     }
 
-    /// Arguments of the program in the form `quick`, or full; none where it has no such form. `docs`: the folder of shots and tracks.
-    /// `folder`: where it writes to.
-    pub fn arguments(&self, quick: bool, docs: &Path, folder: &Path, adapter: Option<&str>) -> Option<Vec<String>> {
+    /// True if its bench takes `--adapter` and `--seconds`.
+    pub fn measures(&self) -> bool {
+        self.bench != "attenuation"
+    }
+
+    /// Arguments of the program in this form; none where it has no such form. `docs`: the folder of shots and tracks. `folder`: where it
+    /// writes to.
+    pub fn arguments(&self, form: Form, docs: &Path, folder: &Path, adapter: Option<&str>) -> Option<Vec<String>> {
         let shown = |path: &Path| path.display().to_string();
         let split = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         let shot = docs.join(&self.shot);
         let mut words = vec![self.bench.clone()];
-        let (stand_in, others) = match quick {
-            true => (&self.quick_scene, self.quick.as_ref()?),
-            false => (&self.stand_in, &self.full),
+        let (stand_in, others) = match form {
+            Form::Quick => (&self.quick_scene, self.quick.as_ref()?),
+            Form::Card => (&self.stand_in, self.card.as_ref()?),
+            Form::Full => (&self.stand_in, &self.full),
         };
-        let has_shot = (!quick || self.quick_shot) && is_there(&shot);
+        let has_shot = (form != Form::Quick || self.quick_shot) && is_there(&shot);
         if has_shot {
             words.push(shown(&shot));
         } else {
@@ -69,7 +89,7 @@ impl Part {
         if let Some(track) = words.iter_mut().find(|word| *word == TRACK.0) {
             *track = shown(&folder.join(TRACK.0));
         }
-        if self.bench == "attenuation" {
+        if !self.measures() {
             words.extend(["-o".to_owned(), shown(&folder.join(self.product()))]);
             return Some(words);
         }

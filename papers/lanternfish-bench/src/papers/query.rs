@@ -4,8 +4,15 @@
 //! stand between `&`. A condition is `last` (the last such row), a key alone (the row has it), or a key, an operator and a value: `=` equal,
 //! `^` begins with, `~` contains, `!~` does not contain, `>` greater. The key `steps/2` is a number in a list or an object, `steps/*` the sum of
 //! all in it. `mean{…}` is the mean over all such rows. Expressions have `+ - * /`, parentheses, and `a or b`: b where a is missing.
+//!
+//! The runs of a time stand in its row under its key and `_runs`; rows with `in_turn` were measured in turn, run by run.
 
 use serde_json::Value;
+
+use super::measure::{Measure, margin};
+
+/// Keys of times beside those that end in `_ms` or `_rate`, or begin with `rate_`.
+const TIMES: [&str; 7] = ["ms", "times", "steps", "frame", "ranges", "range_rays", "shadow_part"];
 
 /// A figure, or why there is none.
 pub type Found<T> = Result<T, String>;
@@ -48,6 +55,11 @@ impl Reports {
 
     /// Rows of a query, and its key.
     fn query(&self, query: &str) -> Found<(Vec<Node<'_>>, String)> {
+        self.query_by(query, |condition| condition)
+    }
+
+    /// The same, with each condition as `of` makes it.
+    fn query_by(&self, query: &str, of: fn(&str) -> &str) -> Found<(Vec<Node<'_>>, String)> {
         let fields: Vec<&str> = query.split('|').map(str::trim).collect();
         let (part, key) = (fields[0], fields[fields.len() - 1].to_owned());
         let part = self.part(part)?;
@@ -56,7 +68,7 @@ impl Reports {
             3 => (fields[1], ""),
             _ => (fields[1], fields[2]),
         };
-        let conditions: Vec<&str> = conditions.split('&').map(str::trim).filter(|c| !c.is_empty()).collect();
+        let conditions: Vec<&str> = conditions.split('&').map(str::trim).filter(|c| !c.is_empty()).map(of).collect();
         let mut rows = part.rows(table)?;
         rows.retain(|row| conditions.iter().all(|condition| row.fulfils(condition)));
         if conditions.contains(&"last") {
@@ -64,6 +76,19 @@ impl Reports {
         }
         let missing = || format!("{}, table `{table}`: no row {}", part.place, conditions.join(" and "));
         if rows.is_empty() { Err(missing()) } else { Ok((rows, key)) }
+    }
+
+    /// Fails if the reports have not what a query reads: the table, the key, and a row of these names. Of a condition on a number only the key
+    /// is asked for, because sizes differ from run to run.
+    #[cfg(test)]
+    pub fn is_written(&self, query: &str) -> Found<()> {
+        fn without_numbers(condition: &str) -> &str {
+            let key = condition.split_once(['=', '>']).filter(|(_, value)| value.parse::<f64>().is_ok());
+            key.map_or(condition, |(key, _)| key)
+        }
+        let (rows, key) = self.query_by(query, without_numbers)?;
+        let has = |row: &Node<'_>| row.f64(&key).is_ok() || !row.words(&key).is_empty();
+        if rows.iter().any(has) { Ok(()) } else { Err(format!("{{{query}}}: no `{key}`")) }
     }
 
     /// Words of the first row of a query.
@@ -74,9 +99,26 @@ impl Reports {
 
     /// The value of an expression.
     pub fn value(&self, expression: &str) -> Found<f64> {
+        Ok(self.measure(expression)?.value)
+    }
+
+    /// The value of an expression, with the runs of its times.
+    pub fn measure(&self, expression: &str) -> Found<Measure> {
         let mut parser = Parser { reports: self, rest: expression.trim() };
         let value = parser.any()?;
         if parser.rest.is_empty() { value } else { Err(format!("{expression}: {} is left", parser.rest)) }
+    }
+
+    /// The mean of a key over rows.
+    pub fn mean<'a>(&self, rows: impl IntoIterator<Item = &'a Node<'a>>, key: &str) -> Found<Measure> {
+        let mut all = rows.into_iter().map(|row| row.measure(key, margin(self.is_software)));
+        let first = all.next().unwrap_or_else(|| Err(format!("no rows with `{key}`")));
+        let mut count = 1.0;
+        let sum = all.try_fold(first?, |sum, next| {
+            count += 1.0;
+            Ok::<_, String>(sum.with(next?, |a, b| a + b))
+        })?;
+        Ok(sum.with(Measure::exact(count), |a, b| a / b))
     }
 }
 
@@ -93,7 +135,7 @@ impl Parser<'_> {
         rest.is_some()
     }
 
-    fn any(&mut self) -> Found<Found<f64>> {
+    fn any(&mut self) -> Found<Found<Measure>> {
         let mut value = self.sum()?;
         while self.takes("or ") {
             let other = self.sum()?;
@@ -102,7 +144,7 @@ impl Parser<'_> {
         Ok(value)
     }
 
-    fn sum(&mut self) -> Found<Found<f64>> {
+    fn sum(&mut self) -> Found<Found<Measure>> {
         let mut value = self.product()?;
         loop {
             value = if self.takes("+ ") {
@@ -115,7 +157,7 @@ impl Parser<'_> {
         }
     }
 
-    fn product(&mut self) -> Found<Found<f64>> {
+    fn product(&mut self) -> Found<Found<Measure>> {
         let mut value = self.one()?;
         loop {
             value = if self.takes("* ") {
@@ -128,7 +170,7 @@ impl Parser<'_> {
         }
     }
 
-    fn one(&mut self) -> Found<Found<f64>> {
+    fn one(&mut self) -> Found<Found<Measure>> {
         if self.takes("(") {
             let value = self.any()?;
             return if self.takes(")") { Ok(value) } else { Err(format!("no ) before {}", self.rest)) };
@@ -137,21 +179,32 @@ impl Parser<'_> {
         if self.takes("{") {
             let (query, rest) = self.rest.split_once('}').ok_or_else(|| format!("no }} after {}", self.rest))?;
             self.rest = rest.trim_start();
-            let figures = self.reports.query(query).and_then(|(rows, key)| {
-                let rows = &rows[..if is_mean { rows.len() } else { 1 }];
-                rows.iter().map(|row| row.f64(&key)).collect::<Found<Vec<f64>>>()
-            });
-            return Ok(figures.map(|figures| figures.iter().sum::<f64>() / figures.len() as f64));
+            let found = self
+                .reports
+                .query(query)
+                .and_then(|(rows, key)| self.reports.mean(&rows[..if is_mean { rows.len() } else { 1 }], &key));
+            return Ok(found);
         }
         let end = self.rest.find([' ', ')']).unwrap_or(self.rest.len());
         let number = self.rest[..end].parse().map_err(|_| format!("{}: not a number", &self.rest[..end]))?;
         self.rest = self.rest[end..].trim_start();
-        Ok(Ok(number))
+        Ok(Ok(Measure::exact(number)))
     }
 }
 
-fn both(a: Found<f64>, b: Found<f64>, of: fn(f64, f64) -> f64) -> Found<f64> {
-    Ok(of(a?, b?))
+fn both(a: Found<Measure>, b: Found<Measure>, of: fn(f64, f64) -> f64) -> Found<Measure> {
+    Ok(a?.with(b?, of))
+}
+
+/// A number by its key, or by keys between slashes; `*` is the sum of all.
+fn number(json: &Value, key: &str) -> Option<f64> {
+    let Some(key) = key.strip_suffix('*') else { return json.pointer(&format!("/{key}"))?.as_f64() };
+    let inner = key.strip_suffix('/').map_or(Some(json), |key| json.get(key))?;
+    match inner {
+        Value::Array(numbers) => Some(numbers.iter().filter_map(Value::as_f64).sum()),
+        Value::Object(numbers) => Some(numbers.values().filter_map(Value::as_f64).sum()),
+        _ => None,
+    }
 }
 
 /// A report, or a row of one of its tables.
@@ -165,16 +218,26 @@ pub struct Node<'a> {
 impl<'a> Node<'a> {
     /// A number by its key, or by keys between slashes; `*` is the sum of all.
     pub fn f64(&self, key: &str) -> Found<f64> {
-        let missing = || format!("{}: no number `{key}`", self.place);
-        if let Some(key) = key.strip_suffix("/*") {
-            let sum = |numbers: Vec<&Value>| numbers.into_iter().filter_map(Value::as_f64).sum();
-            return match self.json.get(key) {
-                Some(Value::Array(numbers)) => Ok(sum(numbers.iter().collect())),
-                Some(Value::Object(numbers)) => Ok(sum(numbers.values().collect())),
-                _ => Err(missing()),
-            };
+        number(self.json, key).ok_or_else(|| format!("{}: no number `{key}`", self.place))
+    }
+
+    /// The same with the runs, if it is a time.
+    pub fn measure(&self, key: &str, margin: f64) -> Found<Measure> {
+        let value = self.f64(key)?;
+        let (base, inner) = key.split_once('/').map_or((key, None), |(base, inner)| (base, Some(inner)));
+        let is_time =
+            base.ends_with("_ms") || base.ends_with("_rate") || base.starts_with("rate_") || TIMES.contains(&base);
+        if !is_time {
+            return Ok(Measure::exact(value));
         }
-        self.json.pointer(&format!("/{key}")).and_then(Value::as_f64).ok_or_else(missing)
+        let runs = self.json.get(format!("{base}_runs")).and_then(Value::as_array);
+        let of_run = |run| inner.map_or_else(|| Value::as_f64(run), |inner| number(run, inner));
+        let runs = runs.into_iter().flatten().filter_map(of_run).collect();
+        let table = self.place.rsplit_once(", row ").map_or(&*self.place, |(table, _)| table);
+        // A part of a frame is of one frame, whenever that was.
+        let is_of_one = self.json.get("in_turn").is_some() || base == "shadow_part";
+        let together = if is_of_one { table } else { &self.place };
+        Ok(Measure::time(value, runs, margin, Some(together.to_owned())))
     }
 
     /// Words by their key; none where there are none.
@@ -206,7 +269,7 @@ impl<'a> Node<'a> {
                 return holds(&words, value);
             }
         }
-        self.json.get(condition).is_some_and(|value| !value.is_null())
+        self.json.pointer(&format!("/{condition}")).is_some_and(|value| !value.is_null())
     }
 }
 
@@ -245,6 +308,25 @@ mod tests {
             assert_eq!(reports.value(expression), Ok(expected), "{expression}");
         }
         assert_eq!(reports.words("{photons | rows | texels>49 | name}"), Ok("deep, 50²".to_owned()));
+    }
+
+    #[test]
+    fn sizes_may_differ_but_names_and_keys_may_not() {
+        let reports = reports();
+        for query in
+            ["photons | runs", "photons | rows | name^deep & texels=200 | ms", "photons | rows | times/splat>9 | name"]
+        {
+            assert_eq!(reports.is_written(query), Ok(()), "{query}");
+        }
+        for query in [
+            "photons | rows | name=plain | ms",
+            "photons | rows | name=none & texels=50 | ms",
+            "photons | rows | distance=50 | ms",
+            "photons | rows | name=none | flip",
+            "photons | means | name=none | ms",
+        ] {
+            assert!(reports.is_written(query).is_err(), "{query}");
+        }
     }
 
     #[test]

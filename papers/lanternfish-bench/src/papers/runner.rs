@@ -1,10 +1,12 @@
 //! Runs parts, each as a process of its own, and keeps what they write.
 
 use std::{
-    env, fs,
+    env,
+    fs::{self, File},
     path::Path,
     process::{Command, Stdio},
-    time::Instant,
+    thread,
+    time::{Duration, Instant},
 };
 
 use lanternfish_cli::{error::CliError, output::write_text};
@@ -16,8 +18,12 @@ use super::{
 };
 use crate::bench::make_folder;
 
-/// The file that says with which arguments a part was made; it is there only of complete ones.
+/// The file that says with which arguments a part was made, and how long that took; it is there only of complete ones.
 const ARGUMENTS: &str = "arguments.json";
+/// What a part says.
+const ERRORS: &str = "errors.txt";
+/// Between two looks whether a part has ended.
+const LOOK: Duration = Duration::from_millis(50);
 /// Lines of a program's error that are told.
 const LINES: usize = 4;
 
@@ -25,19 +31,39 @@ const LINES: usize = 4;
 #[derive(Debug)]
 pub struct Ran {
     pub outcome: Found<Value>,
-    /// None where it was made before.
+    /// None where it did not run.
     pub seconds: Option<f64>,
+    /// Of the sources by which it was made.
+    pub commit: String,
 }
 
-/// What `arguments.json` has. `adapter`: its name.
-pub fn made_with(arguments: &[String], adapter: &str) -> Value {
-    json!({ "version": env!("CARGO_PKG_VERSION"), "adapter": adapter, "arguments": arguments })
+impl Ran {
+    /// Not run, for this reason.
+    pub fn left_out(reason: &str) -> Self {
+        Self { outcome: Err(reason.to_owned()), seconds: None, commit: String::new() }
+    }
+}
+
+/// What `arguments.json` has, but for its seconds. `adapter`: its name.
+pub fn made_with(arguments: &[String], adapter: &str, commit: &str) -> Value {
+    json!({ "version": env!("CARGO_PKG_VERSION"), "commit": commit, "adapter": adapter, "arguments": arguments })
+}
+
+/// Git's description of the sources; empty without git, or outside a repository.
+pub fn commit() -> String {
+    let mut git = Command::new("git");
+    let git = git.args(["describe", "--always", "--dirty"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let output = git.stdin(Stdio::null()).stderr(Stdio::null()).output().ok().filter(|output| output.status.success());
+    output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned()).unwrap_or_default()
 }
 
 /// What a part left in its folder, if it is complete and was made so.
-pub fn kept(part: &Part, folder: &Path, made_with: &Value) -> Option<Value> {
-    let known: Value = serde_json::from_slice(&fs::read(folder.join(ARGUMENTS)).ok()?).ok()?;
-    if known == *made_with { product(part, folder).ok() } else { None }
+pub fn kept(part: &Part, folder: &Path, made_with: &Value) -> Option<Ran> {
+    let mut known: Value = serde_json::from_slice(&fs::read(folder.join(ARGUMENTS)).ok()?).ok()?;
+    let seconds = known.as_object_mut()?.remove("seconds").and_then(|seconds| seconds.as_f64());
+    let commit = known["commit"].as_str().unwrap_or_default().to_owned();
+    let report = product(part, folder).ok().filter(|_| known == *made_with)?;
+    Some(Ran { outcome: Ok(report), seconds, commit })
 }
 
 /// The report that a part wrote, or the text of its plot.
@@ -51,8 +77,14 @@ fn product(part: &Part, folder: &Path) -> Found<Value> {
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", part.product()))
 }
 
-/// Runs a part, and reads what it wrote. An error only where nothing can be written.
-pub fn run(part: &Part, arguments: &[String], folder: &Path, made_with: &Value) -> Result<Ran, CliError> {
+/// Runs a part, and reads what it wrote. It is stopped after `most`. An error only where nothing can be written.
+pub fn run(
+    part: &Part,
+    arguments: &[String],
+    folder: &Path,
+    made_with: &Value,
+    most: Option<Duration>,
+) -> Result<Ran, CliError> {
     make_folder(folder)?;
     // Those of an earlier run are not this one's; what the path tracer left is found again.
     for name in [ARGUMENTS, part.product()] {
@@ -63,23 +95,39 @@ pub fn run(part: &Part, arguments: &[String], folder: &Path, made_with: &Value) 
     }
     let started = Instant::now();
     let program = env::current_exe().map_err(|error| CliError::new(error, "start the program by its path"))?;
-    let output = Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).output();
-    let outcome = match output {
-        Err(error) => Err(error.to_string()),
-        Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            write_text(&folder.join("errors.txt"), &said)?;
-            if output.status.success() {
-                product(part, folder)
-            } else {
-                Err(last_lines(&said, &output.status.to_string()))
-            }
-        }
-    };
+    let errors = folder.join(ERRORS);
+    let said = File::create(&errors)
+        .map_err(|error| CliError::new(format_args!("{}: {error}", errors.display()), "choose a writable folder"))?;
+    let mut command = Command::new(program);
+    let status = ended(command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(said), most);
+    let seconds = started.elapsed().as_secs_f64();
+    let outcome = status.and_then(|is_success| match is_success {
+        true => product(part, folder),
+        false => Err(last_lines(&fs::read_to_string(&errors).unwrap_or_default(), "it failed")),
+    });
     if outcome.is_ok() {
-        write_text(&folder.join(ARGUMENTS), &format!("{made_with:#}\n"))?;
+        let mut made = made_with.clone();
+        made["seconds"] = json!(seconds);
+        write_text(&folder.join(ARGUMENTS), &format!("{made:#}\n"))?;
     }
-    Ok(Ran { outcome, seconds: Some(started.elapsed().as_secs_f64()) })
+    let commit = made_with["commit"].as_str().unwrap_or_default().to_owned();
+    Ok(Ran { outcome, seconds: Some(seconds), commit })
+}
+
+/// Waits until a program ends; true if it succeeded. Ends it after `most`, which is an error.
+fn ended(command: &mut Command, most: Option<Duration>) -> Found<bool> {
+    let (mut program, started) = (command.spawn().map_err(|error| error.to_string())?, Instant::now());
+    loop {
+        if let Some(status) = program.try_wait().map_err(|error| error.to_string())? {
+            return Ok(status.success());
+        }
+        if most.is_some_and(|most| started.elapsed() > most) {
+            let _ = program.kill();
+            let _ = program.wait();
+            return Err("no time left: it was stopped".to_owned());
+        }
+        thread::sleep(LOOK);
+    }
 }
 
 /// The last lines of what a program says when it fails, in one; its status where it says nothing.
@@ -98,15 +146,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (part, write) = (&parts()[0], |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap());
         let words = ["forward-plus".to_owned(), "demo:atrium".to_owned()];
-        let with = made_with(&words, "card");
-        let kept = |with: &Value| kept(part, folder.path(), with);
+        let with = made_with(&words, "card", "abc");
+        let kept =
+            |with: &Value| kept(part, folder.path(), with).map(|ran| (ran.outcome.unwrap(), ran.seconds, ran.commit));
         assert_eq!(kept(&with), None, "nothing is there");
         write("report.json", "{\"rows\": []}");
         assert_eq!(kept(&with), None, "it was cut off before it said with what it was made");
-        write(ARGUMENTS, &with.to_string());
-        assert_eq!(kept(&with), Some(json!({ "rows": [] })));
-        assert_eq!(kept(&made_with(&words[..1], "card")), None, "other arguments");
-        assert_eq!(kept(&made_with(&words, "another card")), None, "another adapter");
+        let mut made = with.clone();
+        made["seconds"] = json!(2.5);
+        write(ARGUMENTS, &made.to_string());
+        assert_eq!(kept(&with), Some((json!({ "rows": [] }), Some(2.5), "abc".to_owned())));
+        assert_eq!(kept(&made_with(&words[..1], "card", "abc")), None, "other arguments");
+        assert_eq!(kept(&made_with(&words, "another card", "abc")), None, "another adapter");
+        assert_eq!(kept(&made_with(&words, "card", "abc-dirty")), None, "other sources");
         write("report.json", "{\"rows\": [");
         assert_eq!(kept(&with), None, "half a report");
     }
@@ -118,9 +170,9 @@ mod tests {
         let run = |words: &[&str]| {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             fs::write(folder.path().join("report.json"), "{}").unwrap();
-            let with = made_with(&words, "card");
-            let ran = run(&parts()[0], &words, folder.path(), &with).unwrap();
-            assert_eq!(kept(&parts()[0], folder.path(), &with), None, "{words:?}");
+            let with = made_with(&words, "card", "");
+            let ran = run(&parts()[0], &words, folder.path(), &with, None).unwrap();
+            assert!(kept(&parts()[0], folder.path(), &with).is_none(), "{words:?}");
             assert!(ran.seconds.is_some());
             ran.outcome.unwrap_err()
         };
@@ -128,6 +180,18 @@ mod tests {
         assert!(error.contains("no-such-flag"), "{error}");
         let error = run(&["--exact", "no such test"]);
         assert!(error.starts_with("report.json: "), "the report of an earlier run is not this one's: {error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_takes_too_long_is_stopped() {
+        let started = Instant::now();
+        let error = ended(Command::new("sleep").arg("60"), Some(Duration::from_millis(20))).unwrap_err();
+        assert!(error.starts_with("no time left") && started.elapsed() < Duration::from_secs(30), "{error}");
+        assert_eq!(
+            [ended(&mut Command::new("true"), None), ended(&mut Command::new("false"), None)],
+            [Ok(true), Ok(false)]
+        );
     }
 
     #[test]

@@ -5,15 +5,16 @@ use serde::Deserialize;
 
 use super::{
     claims::Figure,
+    measure::{Measure, margin},
     query::{Found, Node, Reports},
 };
 use crate::{
     clustered::{
         cases::{Views, shapes},
-        figures::{Figures, Played, mean},
+        figures::{Figures, Played, claims::claims as stated, mean},
     },
     document::Document,
-    table::{Row, fixed},
+    table::Row,
 };
 
 /// A figure by its name, with its arguments.
@@ -21,13 +22,12 @@ pub fn figure(name: &str, reports: &Reports) -> Found<Figure> {
     let words: Vec<&str> = name.split(' ').collect();
     match words[..] {
         ["by_triangles", tracer, least] => by_triangles(reports, tracer, least.parse().unwrap_or_default()),
-        ["crossed_by_triangles"] => crossed_by_triangles(reports),
+        ["ranges_by_triangles", least] => ranges_by_triangles(reports, least.parse().unwrap_or_default()),
         ["optimum"] => optimum(reports),
         ["enclosed", kind, keys] => enclosed(reports, kind, keys),
         ["linear"] => linear(reports),
-        ["steadiest"] => steadiest(&figures(reports)?),
-        ["fullest"] => fullest(&figures(reports)?),
-        ["best_size", best] => best_size(&figures(reports)?, best),
+        ["steadiest"] => steadiest(reports, &figures(reports)?),
+        ["best_size", best] => best_size(reports, &figures(reports)?, best),
         _ => Err(format!("{name}: no such figure")),
     }
 }
@@ -45,38 +45,39 @@ fn by_triangles(reports: &Reports, tracer: &str, least: f64) -> Found<Figure> {
     let rows = |part: &Node<'_>| -> Found<Vec<_>> {
         let rows = part.rows("traced")?.into_iter();
         let rows = rows.filter(|row| row.words("group") == "Directions" && row.words("structure") == tracer);
-        rows.map(|row| Ok((row.f64("directions")?, row.json["images"].clone(), row.f64("rate_random")?))).collect()
+        rows.map(|row| Ok((row.f64("directions")?, row.json["images"].clone(), reports.mean([&row], "rate_random")?)))
+            .collect()
     };
     let of_many = rows(&many)?;
     // Of as many directions, images of one kind are compared, the first kind there is.
     let mut both = None;
     for (directions, images, rate) in rows(&few)? {
         let alike = of_many.iter().find(|(known, others, _)| *known == directions && *others == images);
-        if let Some((.., other)) = alike.filter(|_| both.is_none_or(|(most, _)| directions > most)) {
-            both = Some((directions, rate / other));
+        if let Some((.., other)) = alike.filter(|_| both.as_ref().is_none_or(|(most, _)| directions > *most)) {
+            both = Some((directions, rate.with(other.clone(), divided)));
         }
     }
     let (_, slower) = both.ok_or_else(|| format!("no rays by {tracer} in both scenes"))?;
-    let triangles = many.f64("triangles")? / few.f64("triangles")?;
+    Ok(of_triangles(slower, many.f64("triangles")? / few.f64("triangles")?, least))
+}
+
+/// A figure with so many times the triangles, with a caveat below `least` times.
+fn of_triangles(slower: Measure, triangles: f64, least: f64) -> Figure {
     let caveat = (triangles < least).then(|| format!("the second scene has only {triangles:.1} times the triangles"));
-    Ok(Figure { caveat, ..Figure::of(slower, format!("{triangles:.1} × the triangles")) })
+    Figure { caveat, ..Figure::of(slower, format!("{triangles:.1} × the triangles")) }
 }
 
-/// Texels that a ray looks into with four times the triangles over those with one, of as many directions.
-fn crossed_by_triangles(reports: &Reports) -> Found<Figure> {
-    let of = |part: &str| {
-        let (query, cut) = (format!("{part} | crossings"), "what=four times the triangles");
-        let directions = reports.value(&format!("{{{query} | {cut} | directions}}"))?;
-        let uncut = format!("what=the scene & directions={directions}");
-        reports.value(&format!("{{{query} | {cut} | texels_a_ray}} / {{{query} | {uncut} | texels_a_ray}}"))
-    };
-    of("deep-images").or_else(|_| of("crossings")).map(|ratio| Figure::of(ratio, ""))
+/// Rays for ranges a second with few triangles over those with many, of the largest map.
+fn ranges_by_triangles(reports: &Reports, least: f64) -> Found<Figure> {
+    let of = |key: &str| format!("{{virtual-lights | {key}}} / {{virtual-lights-many-triangles | {key}}}");
+    let slower = reports.measure(&of("ranges | last | deep_images_rate"))?;
+    Ok(of_triangles(slower, 1.0 / reports.value(&of("triangles"))?, least))
 }
 
-/// The share of the kinds of light that are fastest with Nießner's number of directions, of those with several numbers.
+/// The rate with Nießner's number of directions over the largest with another one, the least of the kinds of light with several numbers.
 fn optimum(reports: &Reports) -> Found<Figure> {
     let indirect = reports.part("indirect")?;
-    let (mut held, mut said) = (0.0, Vec::new());
+    let (mut all, mut said) = (Vec::new(), Vec::new());
     for (brdf, directions, table) in
         [("diffuse", 96.0, "rows"), ("glossy", 150.0, "rows"), ("soft shadows", 384.0, "soft_shadows")]
     {
@@ -88,17 +89,26 @@ fn optimum(reports: &Reports) -> Found<Figure> {
         let mut rows = indirect.rows(table).unwrap_or_default();
         rows.retain(|row| row.words("tracer") == "across-texels" && is_number(row, "resolution", 128.0));
         rows.retain(|row| table == "soft_shadows" || is_plain(row));
-        let rates = rows.iter().filter_map(|row| Some((row.f64("rate_shaded").ok()?, row.f64("directions").ok()?)));
-        let fastest = rates.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|_| rows.len() > 1);
-        if let Some((_, fastest)) = fastest {
-            held += f64::from(u8::from(fastest == directions));
-            said.push(format!("{brdf}: {fastest}"));
+        let (his, others): (Vec<_>, Vec<_>) = rows.iter().partition(|row| is_number(row, "directions", directions));
+        let rate = |row: &&Node<'_>| row.f64("rate_shaded").unwrap_or_default();
+        let fastest = others.into_iter().max_by(|a, b| rate(a).total_cmp(&rate(b)));
+        if let (Some(his), Some(other)) = (his.first(), fastest) {
+            let ratio = reports.mean([*his], "rate_shaded")?.with(reports.mean([other], "rate_shaded")?, divided);
+            said.push(format!("{brdf}: {:.2} of {} directions", ratio.value, other.f64("directions")?));
+            all.push(ratio);
         }
     }
-    if said.is_empty() {
-        return Err("indirect: one number of directions".to_owned());
-    }
-    Ok(Figure::of(held / said.len() as f64, said.join(", ")))
+    let least = least(all).ok_or("indirect: one number of directions")?;
+    Ok(Figure::of(least, said.join(", ")))
+}
+
+fn divided(a: f64, b: f64) -> f64 {
+    a / b
+}
+
+/// The least of figures.
+fn least(all: Vec<Measure>) -> Option<Measure> {
+    all.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
 }
 
 /// Each row with one grid around two eyes, and the one with a grid each.
@@ -118,24 +128,26 @@ fn pairs(reports: &Reports) -> Found<Vec<(Node<'_>, Node<'_>)>> {
 }
 
 /// A figure, or several between `-`: the first less the others.
-fn less(row: &Node<'_>, keys: &str) -> Found<f64> {
-    let mut figures = keys.split('-').map(|key| row.f64(key));
-    let first = figures.next().unwrap_or(Ok(0.0))?;
-    Ok(first - figures.sum::<Found<f64>>()?)
+fn less(reports: &Reports, row: &Node<'_>, keys: &str) -> Found<Measure> {
+    let mut figures = keys.split('-').map(|key| reports.mean([row], key));
+    let first = figures.next().unwrap_or_else(|| Err("no key".to_owned()));
+    figures.try_fold(first?, |first, next| Ok(first.with(next?, |a, b| a - b)))
 }
 
 /// The mean of enclosed over individual, of clusters whose names begin so, or of any.
 fn enclosed(reports: &Reports, kind: &str, keys: &str) -> Found<Figure> {
     let kind = if kind == "any" { "" } else { kind };
     let pairs = pairs(reports)?.into_iter().filter(|(enclosed, _)| enclosed.words("clusters").starts_with(kind));
-    let ratios = pairs.map(|(enclosed, own)| Ok(less(&enclosed, keys)? / less(&own, keys)?));
-    let mut ratios = ratios.collect::<Found<Vec<f64>>>()?;
-    ratios.retain(|ratio| ratio.is_finite());
-    if ratios.is_empty() {
-        return Err("clustered: there is nothing to divide by".to_owned());
-    }
-    let [least, most] = [f64::min, f64::max].map(|of| ratios.iter().copied().reduce(of).unwrap_or_default());
-    Ok(Figure::of(mean(&ratios), format!("mean of {}, from {least:.2} to {most:.2}", ratios.len())))
+    let ratios =
+        pairs.map(|(enclosed, own)| Ok(less(reports, &enclosed, keys)?.with(less(reports, &own, keys)?, divided)));
+    let mut ratios = ratios.collect::<Found<Vec<Measure>>>()?;
+    ratios.retain(|ratio| ratio.value.is_finite());
+    let [low, high] =
+        [f64::min, f64::max].map(|of| ratios.iter().map(|ratio| ratio.value).reduce(of).unwrap_or_default());
+    let count = ratios.len();
+    let sum = ratios.into_iter().reduce(|sum, next| sum.with(next, |a, b| a + b));
+    let mean = sum.ok_or("clustered: there is nothing to divide by")?.with(Measure::exact(count as f64), divided);
+    Ok(Figure::of(mean, format!("mean of {count}, from {low:.2} to {high:.2}")))
 }
 
 fn stereo(reports: &Reports) -> Vec<Row> {
@@ -150,14 +162,15 @@ fn stereo(reports: &Reports) -> Vec<Row> {
         let row = Row::default().text("clusters", "clusters", enclosed.words("clusters"));
         let row = row.count("lights", "lights", enclosed.f64("lights").unwrap_or_default() as u64);
         columns.iter().fold(row, |row, (key, heading, keys)| {
-            let ratio = less(&enclosed, keys).and_then(|of| Ok(of / less(&own, keys)?)).ok();
+            let ratio =
+                less(reports, &enclosed, keys).and_then(|of| Ok(of.value / less(reports, &own, keys)?.value)).ok();
             row.maybe(*key, heading, 2, ratio)
         })
     };
     pairs(reports).unwrap_or_default().into_iter().map(row).collect()
 }
 
-/// How many times as many tests of lights brute force makes with the most lights as with the fewest, for each time as many lights.
+/// How many times as long brute force counts lights with the most lights as with the fewest, for each time as many lights.
 fn linear(reports: &Reports) -> Found<Figure> {
     let rows = reports.part("clustered")?.rows("rows")?;
     let brute: Vec<_> = rows.iter().filter(|row| row.words("assignment") == "brute_force").collect();
@@ -167,10 +180,10 @@ fn linear(reports: &Reports) -> Found<Figure> {
         let Some(many) = alike.max_by(|a, b| lights(a).total_cmp(&lights(b))) else { continue };
         if lights(many) > lights(few) {
             let grown = lights(many) / lights(few);
-            let ratio = |key: &str| Ok::<_, String>(many.f64(key)? / few.f64(key)?);
-            let [tests, count] = [ratio("counts/light_tests")?, ratio("ms/count")?];
-            let note = format!("{grown:.0} × the lights: {tests:.1} × the tests, {count:.1} × the time of counting");
-            return Ok(Figure::of(tests / grown, note));
+            let time = |row: &Node<'_>| reports.mean([row], "ms/count");
+            let ratio = time(many)?.with(time(few)?, divided);
+            let note = format!("{grown:.0} × the lights: {:.1} × the time", ratio.value);
+            return Ok(Figure::of(ratio.with(Measure::exact(grown), divided), note));
         }
     }
     Err("clustered: no two numbers of lights by brute force".to_owned())
@@ -182,15 +195,20 @@ fn figures(reports: &Reports) -> Found<Figures> {
     Figures::deserialize(report.json).map_err(|error| format!("clustered-track: {error}"))
 }
 
-/// Adds the figures of the thesis that are plots.
+/// Adds the figures of the thesis that are plots, as far as there are any.
 pub fn plots(page: &mut Document, reports: &Reports) {
-    page.subheading("Fig. A.1: attenuation functions");
-    match reports.part("attenuation") {
-        Ok(plot) => page.html(plot.json.as_str().unwrap_or_default().to_owned()),
-        Err(reason) => page.paragraph(format!("Not measured, because {reason}.")),
+    if let Ok(plot) = reports.part("attenuation") {
+        page.subheading("Fig. A.1: attenuation functions");
+        page.html(plot.json.as_str().unwrap_or_default().to_owned());
     }
     match figures(reports) {
-        Ok(figures) => crate::clustered::figures::page::plotted(page, &figures, Document::subheading),
+        Ok(figures) => {
+            let rows = stated(&figures);
+            page.subheading("Numbers that the thesis states of figures 6.2 to 6.10");
+            page.show(rows.iter().cloned());
+            page.keep("van_gelderen_figures", rows);
+            crate::clustered::figures::page::plotted(page, &figures, Document::subheading);
+        }
         Err(reason) => page.paragraph(format!("Figures 6.2 to 6.10: not measured, because {reason}.")),
     }
 }
@@ -202,57 +220,41 @@ fn by_lights(figures: &Figures) -> Vec<(u32, Vec<&Played>)> {
     distinct(mono().map(|played| played.lights)).into_iter().map(of).collect()
 }
 
-/// In which part of the numbers of lights the displaced clusters are the steadiest of the tuned three.
-fn steadiest(figures: &Figures) -> Found<Figure> {
-    let best: Vec<String> = shapes(figures.size[1], true).iter().map(ToString::to_string).collect();
-    let (mut held, mut said) = (0, Vec::new());
+/// The least over the numbers of lights of the figure that `of` gives; `names`: what stands in its note.
+fn least_by_lights(
+    reports: &Reports,
+    figures: &Figures,
+    names: &str,
+    of: impl Fn(&[&Played]) -> Option<(f64, f64)>,
+) -> Found<Figure> {
+    let (mut all, mut said) = (Vec::new(), Vec::new());
     for (lights, sizes) in by_lights(figures) {
-        let unsteadiness =
-            |name: &String| sizes.iter().find(|played| played.clusters == *name).map(|p| p.unsteadiness());
-        let Some([persp, ortho, displ]) =
-            best.iter().map(unsteadiness).collect::<Option<Vec<_>>>().and_then(|all| <[f64; 3]>::try_from(all).ok())
-        else {
-            continue;
-        };
-        if ![persp, ortho, displ].iter().all(|deviation| deviation.is_finite()) {
-            return Err("clustered-track: no times of the tuned three".to_owned());
-        }
-        held += usize::from(displ < persp && displ < ortho);
-        let [persp, ortho, displ] = [persp, ortho, displ].map(|deviation| fixed(0, 100.0 * deviation));
-        said.push(format!("{lights} lights: {persp}, {ortho}, {displ} %"));
+        let Some((others, his)) = of(&sizes).filter(|(others, his)| (others / his).is_finite()) else { continue };
+        said.push(format!("{lights} lights: {:.2}", others / his));
+        let time = |value| Measure::time(value, Vec::new(), margin(reports.is_software), None);
+        all.push(time(others).with(time(his), divided));
     }
-    if said.is_empty() {
-        return Err("clustered-track: no times of the tuned three".to_owned());
-    }
-    Ok(Figure::of(held as f64 / said.len() as f64, format!("persp, ortho, displ: {}", said.join("; "))))
+    let least = least(all).ok_or_else(|| format!("clustered-track: no times of {names}"))?;
+    Ok(Figure::of(least, said.join(", ")))
 }
 
-/// The most fragments of a perspective cluster, over the pixels of its tile.
-fn fullest(figures: &Figures) -> Found<Figure> {
-    let most = |played: &Played| {
-        let pixels = f64::from(played.clusters.strip_prefix("persp:")?.parse::<u32>().ok()?);
-        let most = played.most_fragments()?;
-        Some((f64::from(most) / (pixels * pixels), most, pixels))
-    };
-    let fullest = figures.played.iter().filter(|played| played.views == Views::Mono).filter_map(most);
-    let fullest = fullest.max_by(|a, b| a.0.total_cmp(&b.0)).ok_or("clustered-track: no perspective clusters")?;
-    let (ratio, most, pixels) = fullest;
-    Ok(Figure::of(ratio, format!("{most} fragments in tiles of {pixels} x {pixels}")))
+/// The least deviation of the other two of the tuned three over that of displaced clusters.
+fn steadiest(reports: &Reports, figures: &Figures) -> Found<Figure> {
+    let best: Vec<String> = shapes(figures.size[1], true).iter().map(ToString::to_string).collect();
+    least_by_lights(reports, figures, "the tuned three", |sizes| {
+        let of = |name: &String| sizes.iter().find(|played| played.clusters == *name).map(|p| p.unsteadiness());
+        let all: Vec<f64> = best.iter().map(of).collect::<Option<_>>()?;
+        Some((all[0].min(all[1]), all[2]))
+    })
 }
 
-/// In which part of the numbers of lights the size with the least frame time is the thesis'.
-fn best_size(figures: &Figures, best: &str) -> Found<Figure> {
+/// The least frame time of the other sizes over that of the thesis'.
+fn best_size(reports: &Reports, figures: &Figures, best: &str) -> Found<Figure> {
     let kind = best.split(':').next().unwrap_or_default();
-    let mut fastest = Vec::new();
-    for (_, mut sizes) in by_lights(figures) {
-        sizes.retain(|played| played.clusters.starts_with(kind) && !played.frame_ms().is_empty());
-        let ms = |played: &&&Played| mean(&played.frame_ms());
-        let least = sizes.iter().min_by(|a, b| ms(a).total_cmp(&ms(b))).filter(|_| sizes.len() > 1);
-        fastest.extend(least.map(|played| played.clusters.clone()));
-    }
-    if fastest.is_empty() {
-        return Err("clustered-track: one size of each kind".to_owned());
-    }
-    let held = fastest.iter().filter(|name| *name == best).count();
-    Ok(Figure::of(held as f64 / fastest.len() as f64, fastest.join(", ")))
+    least_by_lights(reports, figures, "several sizes", |sizes| {
+        let of_kind = sizes.iter().filter(|played| played.clusters.starts_with(kind) && !played.frame_ms().is_empty());
+        let (his, others): (Vec<&Played>, Vec<_>) = of_kind.partition(|played| played.clusters == best);
+        let ms = |played: &&Played| mean(&played.frame_ms());
+        Some((others.iter().map(ms).reduce(f64::min)?, his.first().map(ms)?))
+    })
 }

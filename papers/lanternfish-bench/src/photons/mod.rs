@@ -95,13 +95,17 @@ fn rate(count: u64, ms: f64) -> String {
 fn row(case: &Case, timed: &Timed) -> Row {
     let count = |name: &str| counter(&timed.image.report, &format!("photons/{name}"));
     let passes = &timed.image.report.passes;
+    let by_step =
+        |times: [f64; 5]| STEPS.iter().zip(times).map(|((key, _), ms)| (*key, ms)).collect::<BTreeMap<_, _>>();
+    let runs: Vec<_> = timed.runs.iter().map(|passes| by_step(times(passes))).collect();
     let times = times(passes);
     let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
     let mut row = Row::default()
         .text("name", "", &case.name)
         .fixed("frame_ms", "frame, ms", 0, frame_ms(passes))
         .fixed("deep_images_ms", "deep images", 0, ms_of(&timed.first, "deep_images/"))
-        .data("times", STEPS.iter().zip(times).map(|((key, _), ms)| (*key, ms)).collect::<BTreeMap<_, _>>());
+        .data("times", by_step(times))
+        .data("times_runs", runs);
     for ((key, heading), ms) in STEPS.into_iter().zip(times) {
         row = row.shown(heading, format_args!("{ms:.1}"));
         match key {

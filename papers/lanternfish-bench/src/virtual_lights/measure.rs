@@ -24,11 +24,16 @@ pub fn row(case: &Case, timed: &Timed) -> Row {
     // Fraction of the arriving flux that arrives within ranges; `None` if flux is not counted.
     let in_range = (arriving > 0).then(|| count("flux_in_range") as f64 / arriving as f64);
     let steps = Steps::of_timed(timed);
-    let times = steps.steps;
+    let (times, runs) = (steps.steps, Steps::of_runs(timed));
+    let each = |of: fn(&Steps) -> f64| runs.iter().map(of).collect::<Vec<_>>();
     Row::default()
         .text("name", "", &case.name)
         .data("has_steps", WITH_STEPS.contains(&&*case.name))
         .data("steps", times)
+        .data("steps_runs", runs.iter().map(|run| run.steps).collect::<Vec<_>>())
+        .data("frame_runs", each(|run| run.frame))
+        .data("range_rays_runs", each(|run| run.range_rays))
+        .data("ranges_runs", each(|run| run.ranges))
         .fixed("frame", "frame, ms", 0, steps.frame)
         .shown("map", format_args!("{:.1}", times[3]))
         .shown("lights built", format_args!("{:.1}", times[4]))

@@ -65,6 +65,17 @@ impl Steps {
         steps
     }
 
+    /// Steps of every timed frame, with the build of the first one.
+    pub fn of_runs(timed: &Timed) -> Vec<Self> {
+        let build = Self::of(&timed.first);
+        let with_build = |passes: &Vec<PassTime>| {
+            let mut steps = Self::of(passes);
+            steps.steps[..2].copy_from_slice(&build.steps[..2]);
+            steps
+        };
+        timed.runs.iter().map(with_build).collect()
+    }
+
     pub fn of(passes: &[PassTime]) -> Self {
         // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after it.
         let mut has_virtual_lights = false;

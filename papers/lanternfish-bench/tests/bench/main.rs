@@ -5,6 +5,7 @@ mod deep_images;
 mod history;
 mod indirect;
 mod moving;
+mod papers;
 mod photons;
 mod probes;
 mod quality;

@@ -5,7 +5,7 @@ use lanternfish_scene::named_enum;
 
 use super::{
     directions::DirectionSet,
-    settings::{DeepBuilder, DeepImageSettings, DeepSearch},
+    settings::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
 };
 
 named_enum! {
@@ -32,14 +32,20 @@ impl DeepImageSettings {
         builder: DeepBuilder::DepthPeeling,
         merge_texels: 0.0,
         search: DeepSearch::LinearSteps,
+        tests_triangles: true,
         ..Self::ARCHER
     };
 
-    /// As in [Aalund2015, §3, fig. 9]: 512 directions of equal area, 50² texels, a draw for each.
+    /// As in [Aalund2015, §3, fig. 9]: 512 directions of equal area, 50² texels, a draw for each into sorted linked lists, whose first
+    /// fragment is hit.
     pub const AALUND: Self = Self {
         directions: DirectionSet::ZonalEqualArea { count: 512 },
         resolution: 50,
         builder: DeepBuilder::PerDirection,
+        store: DeepStore::SortedLinkedList,
+        sort: DeepSort::Selection,
+        search: DeepSearch::Bisection,
+        tests_triangles: false,
         ..Self::NIESSNER
     };
 }

@@ -149,7 +149,12 @@ part_direct() {
 
 # The page of the five papers.
 part_papers() {
-    local quick=()
-    [[ $adapter == cpu ]] && quick+=(--quick)
-    bench papers papers.html papers.html papers ${quick[@]+"${quick[@]}"} --docs "$work/shared"
+    local form=--card commit=() failed=0
+    [[ $adapter == cpu ]] && form=--quick
+    [[ -s $here/commit ]] && commit=(--commit "$(<"$here/commit")")
+    # A part has 10 s more to write its report.
+    bench papers papers.html papers.html papers "$form" --seconds "$(($(seconds_left "$PAPERS_S") - 15))" \
+        ${commit[@]+"${commit[@]}"} --docs "$work/shared" || failed=1
+    [[ -f $work/papers/papers.json ]] && cp -- "$work/papers/papers.json" "$out/papers.json"
+    return "$failed"
 }

@@ -3,7 +3,7 @@
 //! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each pass and frame
 //! is reported ([`lanternfish_cli::replay`]).
 
-mod claims;
+pub mod claims;
 pub mod page;
 
 use lanternfish::techniques::ClusterShape;
@@ -140,14 +140,17 @@ fn play(args: &ClusteredArgs, shot: &Shot, bench: &Bench, lights: u32, figures: 
             Views::Mono => (None, size),
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
         };
+        let (clusters, what) = (shape.to_string(), format!("{shape}, {views}, {} lights", grouped(lights.into())));
+        if !figures.played.is_empty() && !bench.has_time(&what) {
+            figures.left_out.push(LeftOut { what, reason: "no time left".to_owned() });
+            continue;
+        }
         player.set(&settings(shape, views), eyes, size)?;
         let mut report = player.report(&figures.source, shot.args.scene.to_string(), bench.runs as usize, args.seed);
-        let clusters = shape.to_string();
         match bench.with_progress(|progress| player.count(progress)) {
             Ok(frames) => report.frames = frames,
             // Too many clusters, or views that no grid encloses: continue with the next configuration.
             Err(error) => {
-                let what = format!("{clusters}, {views}, {} lights", grouped(lights.into()));
                 figures.left_out.push(LeftOut { what, reason: error.to_string() });
                 continue;
             }

@@ -44,6 +44,25 @@ fn bisect(primitive: &mut Primitive) {
     }
 }
 
+/// A larger scene: two by two copies side by side, along the two longest edges of its box.
+pub fn four_of(scene: &Scene) -> Scene {
+    let (size, mut four) = (scene.bounds().size(), scene.clone());
+    let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
+    let [first, second] = match size.min_position() {
+        0 => [y, z],
+        1 => [x, z],
+        _ => [x, y],
+    };
+    for offset in [first, second, first + second] {
+        let moved = |instance: &Instance| {
+            let world_from_object = Affine3A::from_translation(offset) * instance.world_from_object;
+            Instance { world_from_object, ..instance.clone() }
+        };
+        four.instances.extend(scene.instances.iter().map(moved));
+    }
+    four
+}
+
 /// Adds the mean of two of the values, where there are any.
 fn add_middle<T: Copy + Add<Output = T> + Mul<f32, Output = T>>(values: &mut Vec<T>, from: u32, to: u32) {
     if !values.is_empty() {
@@ -110,6 +129,16 @@ mod tests {
             (b - a).cross(c - a).normalize()
         };
         assert!(facing(&twice).dot(facing(&scene)) > 0.999);
+    }
+
+    #[test]
+    fn four_copies_lie_side_by_side() {
+        let scene = corridors(1);
+        let four = four_of(&scene);
+        assert_eq!(four.triangle_counts().1, 4 * scene.triangle_counts().1);
+        let sizes = four.bounds().size() / scene.bounds().size();
+        assert_eq!([sizes.min_element(), sizes.max_element(), sizes.element_product()], [1.0, 2.0, 4.0]);
+        four.validate().unwrap();
     }
 
     #[test]
