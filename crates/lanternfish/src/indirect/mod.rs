@@ -61,7 +61,7 @@ pub trait IndirectTechnique: AnyTechnique {
     }
 
     /// The structure that they traverse, if they need one. Usually the one that the settings choose for all.
-    #[cfg_attr(not(feature = "unstable"), doc(hidden))]
+    #[doc(hidden)]
     fn structure(&self, settings: &Settings) -> Structure {
         settings.structure.clone()
     }
