@@ -37,7 +37,11 @@ impl ForwardPlus {
         Ok(rows)
     }
 
-    fn by_depth(&self, Case { name, settings, .. }: &Case, reference: &mut Option<RenderedImage>) -> Result<Row, CliError> {
+    fn by_depth(
+        &self,
+        Case { name, settings, .. }: &Case,
+        reference: &mut Option<RenderedImage>,
+    ) -> Result<Row, CliError> {
         let mut stage = self.bench.stage(&self.view.scene, settings)?;
         let image = stage.frame(&self.view)?;
         let [frame_ms, prepass_ms, shadow_ms] = medians(self.bench.runs.max(WARM_UP), || {
