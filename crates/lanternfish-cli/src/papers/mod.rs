@@ -39,8 +39,8 @@ Examples:
   lanternfish papers demo:atrium --lights rain:40 --sky 0.3,0.4,0.5 --size 320x180 -o papers
   lanternfish papers sponza.toml --spp 64 -o papers
 
-Lights have a radius of 5 cm, unless --light-radius says otherwise: all five in one frame render it,
-the papers that have hard shadows do not. The error is that of all light, of every bounce.
+In the ground truth lights have a radius of 5 cm, unless --light-radius says otherwise: all five in
+one frame render it, papers with hard shadows do not. It has all light, of every bounce.
 ";
 
 /// Radius of point lights in the ground truth, as in [`Paper::Five`], m.
@@ -195,10 +195,7 @@ struct Flags {
 
 impl Flags {
     fn of(said: &ArgMatches, has_radius: bool) -> Self {
-        let mut all = shot::words(said);
-        if !has_radius {
-            all.push(format!("--light-radius={LIGHT_RADIUS}").into());
-        }
+        let all = shot::words(said);
         let known = shared_flags();
         let name = |word: &str| word.trim_start_matches("--").split('=').next().map(str::to_owned);
         let is_known = |word: &&OsString| name(&word.to_string_lossy()).is_some_and(|name| known.contains(&name));
@@ -207,7 +204,10 @@ impl Flags {
             Some(seed) => format!("--rain-seed={seed}").into(),
             None => word.clone(),
         };
-        let shared = all.iter().filter(is_known).map(renamed).collect();
+        let mut shared: Vec<OsString> = all.iter().filter(is_known).map(renamed).collect();
+        if !has_radius {
+            shared.push(format!("--light-radius={LIGHT_RADIUS}").into());
+        }
         Self { all, shared }
     }
 
