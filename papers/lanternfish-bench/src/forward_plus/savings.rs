@@ -17,10 +17,16 @@ pub const TEXT: &str = "A frame without and one with the optimisation in turn, s
 const PAIRS: u32 = 6;
 
 /// Name, settings without and with the optimisation, and the part of the frame that it saves in the thesis.
-const OPTIMISATIONS: [(&str, [&str; 2], Option<f64>); 7] = [
+const OPTIMISATIONS: [(&str, [&str; 2], Option<f64>); 9] = [
     ("light culling", [NONE, "TILED, ray-culling none"], Some(0.28)),
     ("facing", [NONE, "culling all, ray-culling improved"], Some(0.1531)),
     ("light culling, AABB test and facing", [NONE, "AABB, ray-culling improved"], Some(0.3956)),
+    ("light culling and AABB test", [NONE, "AABB, ray-culling none"], Some(0.3169)),
+    (
+        "improved normals instead of naive ones",
+        ["AABB, ray-culling naive", "AABB, ray-culling improved"],
+        Some(-0.0083),
+    ),
     ("AABB test", ["TILED, ray-culling none", "AABB, ray-culling none"], Some(0.0512)),
     ("tiles of 16 instead of 32", [PX_32, PX_16], Some(0.0430)),
     ("tiles of 8 instead of 16", [PX_16, "AABB, ray-culling improved"], Some(0.0125)),
@@ -64,6 +70,7 @@ impl ForwardPlus {
             .text("name", "", name)
             .percent("rays_saved", "rays saved", 1, 1.0 - fewer_rays / rays.max(1.0))
             .percent("saved", "saved", 1, saved)
+            .data("saved_runs", &frame)
             .percent("saved_low", "at least", 1, low)
             .percent("saved_high", "at most", 1, high)
             .percent("probability", "probability", 1, probability)

@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::measure::{Measure, margin};
 
 /// Keys of times beside those that end in `_ms` or `_rate`, or begin with `rate_`.
-const TIMES: [&str; 7] = ["ms", "times", "steps", "frame", "ranges", "range_rays", "shadow_part"];
+const TIMES: [&str; 9] = ["ms", "times", "steps", "frame", "culling", "ranges", "range_rays", "shadow_part", "saved"];
 
 /// A figure, or why there is none.
 pub type Found<T> = Result<T, String>;

@@ -23,6 +23,7 @@ pub fn figure(name: &str, reports: &Reports) -> Found<Figure> {
     match words[..] {
         ["by_triangles", tracer, least] => by_triangles(reports, tracer, least.parse().unwrap_or_default()),
         ["ranges_by_triangles", least] => ranges_by_triangles(reports, least.parse().unwrap_or_default()),
+        ["least_of_shapes", kind] => least_of_shapes(reports, kind),
         ["optimum"] => optimum(reports),
         ["enclosed", kind, keys] => enclosed(reports, kind, keys),
         ["linear"] => linear(reports),
@@ -168,6 +169,17 @@ fn stereo(reports: &Reports) -> Vec<Row> {
         })
     };
     pairs(reports).unwrap_or_default().into_iter().map(row).collect()
+}
+
+/// The least frame of a kind of clusters over that of perspective ones.
+fn least_of_shapes(reports: &Reports, kind: &str) -> Found<Figure> {
+    let mut rows = reports.part("clustered")?.rows("shapes")?;
+    rows.retain(|row| row.words("clusters").starts_with(kind));
+    let frames = rows.iter().map(|row| reports.mean([row], "frame")).collect::<Found<Vec<_>>>()?;
+    let best = rows.iter().zip(frames).min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
+    let (row, frame) = best.ok_or("clustered, table `shapes`: no such clusters")?;
+    let note = format!("{}, {} lights, {}", row.words("clusters"), row.f64("lights")?, row.words("assignment"));
+    Ok(Figure::of(frame, note))
 }
 
 /// How many times as long brute force counts lights with the most lights as with the fewest, for each time as many lights.
