@@ -29,13 +29,40 @@ pub enum Views {
     Mono,
     StereoIndividual,
     StereoEnclosed,
+    /// A view and one that looks back at it [VanGelderen2020, fig. 4.7].
+    UnalignedIndividual,
+    UnalignedEnclosed,
 }
+
+/// The configurations of every shape.
+pub const CONFIGURATIONS: [(Views, Assignment); 4] = [
+    (Views::Mono, Assignment::Hierarchy),
+    (Views::StereoIndividual, Assignment::Hierarchy),
+    (Views::StereoEnclosed, Assignment::Hierarchy),
+    (Views::Mono, Assignment::BruteForce),
+];
+/// Those of one shape of each kind: what one grid saves without a tree, and for views in opposite directions.
+pub const OTHERS: [(Views, Assignment); 4] = [
+    (Views::StereoIndividual, Assignment::BruteForce),
+    (Views::StereoEnclosed, Assignment::BruteForce),
+    (Views::UnalignedIndividual, Assignment::Hierarchy),
+    (Views::UnalignedEnclosed, Assignment::Hierarchy),
+];
 
 impl Views {
     pub fn grouping(self) -> Grouping {
         match self {
-            Self::Mono | Self::StereoIndividual => Grouping::Individual,
-            Self::StereoEnclosed => Grouping::Enclosed,
+            Self::Mono | Self::StereoIndividual | Self::UnalignedIndividual => Grouping::Individual,
+            Self::StereoEnclosed | Self::UnalignedEnclosed => Grouping::Enclosed,
+        }
+    }
+
+    /// The same views with a grid each, if they share one.
+    pub fn individual(self) -> Option<Self> {
+        match self {
+            Self::StereoEnclosed => Some(Self::StereoIndividual),
+            Self::UnalignedEnclosed => Some(Self::UnalignedIndividual),
+            _ => None,
         }
     }
 }
@@ -46,6 +73,8 @@ impl std::fmt::Display for Views {
             Self::Mono => "mono",
             Self::StereoIndividual => "stereo, individual",
             Self::StereoEnclosed => "stereo, enclosed",
+            Self::UnalignedIndividual => "unaligned, individual",
+            Self::UnalignedEnclosed => "unaligned, enclosed",
         })
     }
 }

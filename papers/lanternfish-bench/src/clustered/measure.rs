@@ -57,6 +57,9 @@ pub struct Measured {
     pub ms: Steps,
     /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights and views.
     pub differing_pixels: usize,
+    /// What the clusters of one view hold.
+    #[serde(skip)]
+    pub contents: Vec<GridContents>,
 }
 
 impl Measured {
@@ -96,6 +99,7 @@ pub struct ClusterBench<'a> {
     pub depth: u32,
     pub mono: [(&'a Camera, [u32; 2]); 1],
     pub stereo: [(&'a Camera, [u32; 2]); 2],
+    pub unaligned: [(&'a Camera, [u32; 2]); 2],
 }
 
 /// A scene in device memory, and its number of lights.
@@ -104,19 +108,22 @@ struct Lit {
     scene: GpuScene,
 }
 
-/// First images of each view, by number of lights and number of views.
-type RenderedImages = BTreeMap<(usize, usize), Vec<RenderedImage>>;
+/// First images of each view, by number of lights and first camera's place.
+type RenderedImages = BTreeMap<(usize, [u32; 3]), Vec<RenderedImage>>;
 
 impl ClusterBench<'_> {
-    /// Measures every combination of shape, views and number of lights.
-    pub fn measure(&self, shapes: &[ClusterShape], scenes: &[Scene]) -> Result<Vec<Measured>, CliError> {
+    /// Measures every combination of shape, configuration and number of lights. `known`: rows of other configurations.
+    pub fn measure(
+        &self,
+        shapes: &[ClusterShape],
+        scenes: &[Scene],
+        configurations: [(Views, Assignment); 4],
+        known: &[Measured],
+    ) -> Result<Vec<Measured>, CliError> {
         let (mut rows, mut lit, mut firsts) = (Vec::new(), Vec::new(), RenderedImages::new());
-        let of_shape =
-            [Views::Mono, Views::StereoIndividual, Views::StereoEnclosed].map(|views| (views, Assignment::Hierarchy));
-        let of_shape = of_shape.into_iter().chain([(Views::Mono, Assignment::BruteForce)]);
         let all = shapes
             .iter()
-            .flat_map(|shape| of_shape.clone().map(move |(views, assignment)| (*shape, views, assignment)));
+            .flat_map(|shape| configurations.into_iter().map(move |(views, assignment)| (*shape, views, assignment)));
         for (shape, views, assignment) in all {
             let mut renderer = self.bench.renderer(&settings(shape, views.grouping(), assignment, self.depth))?;
             if lit.is_empty() {
@@ -126,17 +133,14 @@ impl ClusterBench<'_> {
             for lit in &lit {
                 let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
                 let what = in_words(&clusters, lights, views, &assigned);
-                let tests = tests_of_all(&rows, &clusters, lights, views);
+                let tests = tests_of_all(rows.iter().chain(known), &clusters, lights, views);
                 if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                     let reason = tests.map(|tests| format!("{} tests of a light against a cluster", grouped(tests)));
                     self.bench.leave_out(what, reason.unwrap_or("no result of the hierarchy".to_owned()));
                     continue;
                 }
                 match self.bench.step("clusters", &what, || self.case(&mut renderer, lit, views, &mut firsts)) {
-                    Ok((counts, ms, differing_pixels)) => {
-                        let assignment = assigned;
-                        rows.push(Measured { clusters, lights, views, assignment, counts, ms, differing_pixels });
-                    }
+                    Ok(measured) => rows.push(Measured { clusters, assignment: assigned, ..measured }),
                     // Too many clusters, or views that no grid encloses: continue with the next configuration.
                     Err(error) => self.bench.leave_out(what, error),
                 }
@@ -151,24 +155,46 @@ impl ClusterBench<'_> {
         lit: &Lit,
         views: Views,
         firsts: &mut RenderedImages,
-    ) -> Result<(Counts, Steps, usize), RenderError> {
-        let cameras: &[_] = if views == Views::Mono { &self.mono } else { &self.stereo };
+    ) -> Result<Measured, RenderError> {
+        let cameras: &[_] = match views {
+            Views::Mono => &self.mono,
+            Views::StereoIndividual | Views::StereoEnclosed => &self.stereo,
+            Views::UnalignedIndividual | Views::UnalignedEnclosed => &self.unaligned,
+        };
         let images = renderer.render_views(&lit.scene, cameras)?;
-        let counts = counts(&images, &renderer.cluster_contents()?);
+        let mut contents = renderer.cluster_contents()?;
+        let counts = counts(&images, &contents);
+        contents.retain(|_| views == Views::Mono);
         let ms = medians(self.bench.runs, || {
             let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
             Ok::<_, RenderError>(Steps::of(passes).0)
         })?;
-        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| images.clone());
-        let differing = images.iter().zip(firsts).map(|(image, first)| differing(first, image)).sum();
-        Ok((counts, Steps(ms), differing))
+        let place = cameras[0].0.eye().to_array().map(f32::to_bits);
+        let firsts = firsts.entry((lit.lights, place)).or_insert_with(|| images.clone());
+        let differing_pixels = images.iter().zip(firsts).map(|(image, first)| differing(first, image)).sum();
+        let [clusters, assignment] = Default::default();
+        Ok(Measured {
+            clusters,
+            lights: lit.lights,
+            views,
+            assignment,
+            counts,
+            ms: Steps(ms),
+            differing_pixels,
+            contents,
+        })
     }
 }
 
 /// Number of tests of every light against every visible cluster, from the row with these clusters, lights and views. `None` if there is
 /// no such row.
-fn tests_of_all(rows: &[Measured], clusters: &str, lights: usize, views: Views) -> Option<u64> {
-    let row = rows.iter().find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
+fn tests_of_all<'r>(
+    mut rows: impl Iterator<Item = &'r Measured>,
+    clusters: &str,
+    lights: usize,
+    views: Views,
+) -> Option<u64> {
+    let row = rows.find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
     Some(row.counts.visible_clusters * lights as u64)
 }
 

@@ -1,7 +1,9 @@
 //! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene, as tables for one view, or as figures along
 //! a track ([`figures`]).
 
+mod birds_eye;
 pub mod cases;
+mod compared;
 pub mod figures;
 mod measure;
 mod plots;
@@ -23,13 +25,13 @@ use lanternfish_cli::{
     times::distinct,
 };
 use lanternfish_scene::{
-    Light, Scene, StereoRig,
+    Camera, Light, Scene, StereoRig,
     generate::{light_rain, random_lights},
 };
 use serde::Serialize;
 
 use self::{
-    cases::{DEPTH, LIGHT_COUNTS, QUICK_LIGHT_COUNTS, shapes},
+    cases::{CONFIGURATIONS, DEPTH, LIGHT_COUNTS, OTHERS, QUICK_LIGHT_COUNTS, shapes},
     measure::ClusterBench,
     promises::promises,
 };
@@ -144,11 +146,15 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
 
     let mono = (&camera, [width, height]);
     let stereo = eyes.each_ref().map(|eye| (eye, [eye_width, height]));
-    let of = ClusterBench { bench: &bench, depth: args.depth, mono: [mono], stereo };
+    let back = looking_back(&camera, &scene);
+    let unaligned = [mono, (&back, mono.1)];
+    let of = ClusterBench { bench: &bench, depth: args.depth, mono: [mono], stereo, unaligned };
     let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
     let lit: Vec<Scene> = args.counts().iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
     let (schemes, schemes_left_out) = schemes::measure(&bench, mono, &lit, args.quick)?;
-    let rows = of.measure(&shapes, &lit)?;
+    let rows = of.measure(&shapes, &lit, CONFIGURATIONS, &[])?;
+    let tuned = if args.schemes { Vec::new() } else { cases::shapes(height, true) };
+    let others = of.measure(&tuned, &lit, OTHERS, &rows)?;
 
     let facts = Row::default().data("width", width).data("height", height).data("eye_width", eye_width);
     bench.facts(facts.data("depth", args.depth).data("lights", args.lights).data("seed", args.seed));
@@ -162,23 +168,50 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         args.seed
     );
     bench.report().introduction(&what, &format!("medians of {}", bench.runs));
-    let wrong = wrong(&rows, &schemes);
+    let wrong = wrong(rows.iter().chain(&others), &schemes);
     let text = "Lists and tests are those of opaque surfaces. Build time includes transparent surfaces, for which `tiled` and `raster-grid` \
                 make separate lists. KiB: cells, lists and their inputs.";
     bench.section("Schemes, one view", text, "schemes", schemes);
     if !rows.is_empty() {
         clusters(&mut bench.report(), args, &rows);
+        let shapes = compared::shapes(&rows, &tuned[0].to_string());
+        bench.section("Shapes over perspective clusters", compared::SHAPES, "shapes", shapes);
+        let grids = compared::grids(rows.iter().chain(&others));
+        bench.section("One grid around two views", compared::GRIDS, "grids", grids);
+        bench.section("Clusters outside of the view", compared::WASTE, "ortho_waste", compared::waste(&rows));
         for (name, plot) in plots::plots(&args.scene, &rows) {
             output::write_text(&bench.folder.join(name), &plot)?;
         }
     }
+    let is_seen = |row: &&measure::Measured| row.assignment == "hierarchy" && row.lights == lit[0].lights.len();
+    for row in rows.iter().filter(is_seen).filter(|row| tuned.iter().any(|shape| shape.to_string() == row.clusters)) {
+        let Some(contents) = row.contents.first() else { continue };
+        let title = format!("{} of {}: visible clusters from above", row.clusters, args.scene);
+        let figure = birds_eye::figure(&title, &camera, width as f32 / height as f32, contents, &lit[0]);
+        output::write_text(&bench.folder.join(format!("birds-eye-{}.svg", row.clusters.replace(':', "-"))), &figure)?;
+    }
     bench.report().keep_data("promises", &promises(&rows));
     bench.report().keep_data("rows", &rows);
+    bench.report().keep_data("other_rows", &others);
     bench.report().keep_data("schemes_left_out", &schemes_left_out);
     bench.list_left_out();
     bench.report().list(schemes_left_out.iter().map(|LeftOut { what, reason }| format!("{what}: {reason}")));
     bench.finish()?;
     identical(wrong.map(|case| format!("{case} pixels differ from the first row of this view")))
+}
+
+/// A camera that looks back at this one, from halfway to where its axis leaves the scene, as a mirror's image of it does.
+fn looking_back(camera: &Camera, scene: &Scene) -> Camera {
+    let (bounds, eye) = (scene.bounds(), camera.eye());
+    let forward = -glam::Vec3::from(camera.world_from_camera.matrix3.z_axis);
+    // Where the axis passes the planes of the box ahead.
+    let ahead = (0..3).map(|axis| {
+        let wall = if forward[axis] < 0.0 { bounds.min[axis] } else { bounds.max[axis] };
+        (wall - eye[axis]) / forward[axis]
+    });
+    let leaves = ahead.filter(|distance| *distance > 0.0).fold(f32::INFINITY, f32::min);
+    let distance = if leaves.is_finite() { 0.5 * leaves } else { 0.5 * bounds.size().length() };
+    Camera::look_at(eye + distance * forward, eye, camera.projection)
 }
 
 /// Width of an eye's image with the height of `size`.
@@ -202,13 +235,13 @@ fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measur
     report.paragraph(
         "Visibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: length of the cluster's light list, summed over \
          all fragments. Plots: light tests by the number of lights (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters \
-         by their lights and by their fragments (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
+         by their lights and by their fragments (`clusters-by-*.svg`, fig. 6.9 and 6.10), clusters from above (`birds-eye-*.svg`, fig. 4.8).",
     );
 }
 
 /// The first configuration whose image differs from the others, with the number of differing pixels.
-fn wrong(rows: &[measure::Measured], schemes: &[Row]) -> Option<String> {
-    let clusters = rows.iter().find(|row| row.differing_pixels > 0);
+fn wrong<'r>(mut rows: impl Iterator<Item = &'r measure::Measured>, schemes: &[Row]) -> Option<String> {
+    let clusters = rows.find(|row| row.differing_pixels > 0);
     let scheme = schemes.iter().find(|row| row.f64("differing_pixels") > 0.0);
     let clusters = clusters.map(|row| format!("{}: {}", row.in_words(), row.differing_pixels));
     let of = |row: &Row| {

@@ -107,6 +107,7 @@ mod tests {
             },
             ms: Steps([1.0; 8]),
             differing_pixels: 0,
+            contents: Vec::new(),
         }
     }
 

@@ -21,10 +21,18 @@ fn gpu_two_runs_count_the_same() {
     assert_eq!(exact(&first), exact(&second));
     assert_eq!(first["left_out"], second["left_out"]);
 
-    // Three shapes and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute force.
-    let rows = first["rows"].as_array().unwrap();
+    // Three shapes and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute force. Then brute force
+    // for two eyes, and two views in opposite directions, which only boxes enclose.
+    let [rows, others] = ["rows", "other_rows"].map(|rows| first[rows].as_array().unwrap());
     let left_out = first["left_out"].as_array().unwrap();
-    assert_eq!(rows.len() + left_out.len(), 3 * 2 * 4, "{left_out:?}");
+    assert_eq!(rows.len() + others.len() + left_out.len(), 3 * 2 * 8, "{left_out:?}");
+    let unaligned = others.iter().filter(|row| row["views"] == "unaligned-enclosed");
+    let unaligned: Vec<_> = unaligned.map(|row| row["clusters"].as_str().unwrap()).collect();
+    assert_eq!(unaligned, ["ortho:4"; 2], "{left_out:?}");
+    assert!(others.iter().all(|row| row["differing_pixels"] == 0), "{others:?}");
+    let waste = &first["ortho_waste"].as_array().unwrap()[0];
+    // The near plane cuts the pyramid's tip off.
+    assert!((0.64..2.0 / 3.0).contains(&waste["wasted"].as_f64().unwrap()), "{waste}");
     for row in rows {
         let count = |name: &str| row["counts"][name].as_u64().unwrap();
         assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
@@ -49,7 +57,9 @@ fn gpu_two_runs_count_the_same() {
     assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
     assert!(said.contains("- light tests at 100,000 lights, brute force / hierarchy: "), "{said}");
     assert_eq!(said.lines().last(), Some("first/report.md"));
-    for plot in ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"] {
+    let plots = ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"];
+    let from_above = ["birds-eye-persp-4", "birds-eye-ortho-4", "birds-eye-displ-4-32"];
+    for plot in plots.into_iter().chain(from_above) {
         let svg = fs::read_to_string(folder.path().join("first").join(plot).with_extension("svg")).unwrap();
         assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{plot}");
     }

@@ -102,8 +102,8 @@ fn mono_of(played: &Played, kind: &str) -> bool {
 fn name(played: &Played) -> String {
     match played.views {
         Views::Mono => played.clusters.clone(),
-        Views::StereoIndividual => format!("{}, indi", played.clusters),
-        Views::StereoEnclosed => format!("{}, encl", played.clusters),
+        Views::StereoIndividual | Views::UnalignedIndividual => format!("{}, indi", played.clusters),
+        Views::StereoEnclosed | Views::UnalignedEnclosed => format!("{}, encl", played.clusters),
     }
 }
 
