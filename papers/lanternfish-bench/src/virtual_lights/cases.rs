@@ -14,9 +14,9 @@ pub fn papers_images() -> DeepImageSettings {
 /// lights that reach a pixel, no filter, one light.
 const PAPER: &str = "indirect virtual-lights, vpl-source raster, vpl-count 0, vpl-stride 1, vpl-residual lost, vpl-shadows none, \
                      indirect-filter 0, indirect-clamp off, culling raster-grid";
-/// What the paper uses and does not state, fitted to its Atrium: the spacing to 20,000 unique lights, the thresholds to 2,000 listed ones, the
-/// weight to the light without it (0.95 of that in Sponza under its sun).
-const FITTED: &str = "vpl-spacing 0.02, vpl-least-range 0.005, vpl-most-range 0.15, vpl-large-kept 10, vpl-weight 32";
+/// What the paper uses and does not state, fitted to its Atrium: the spacing to 20,000 unique lights, the thresholds to 2,000 listed ones. The
+/// weight is fitted to each scene (`measure::weight`).
+const FITTED: &str = "vpl-spacing 0.02, vpl-least-range 0.005, vpl-most-range 0.15, vpl-large-kept 10";
 
 /// [VanGelderen2020, app. B]: lights that shine by the root of the cosine, each with the range √(I / I0) of §A.1, no shadows. No light is
 /// dropped. His are drawn in pseudo-random directions; ours are an even sample of all by flux.
@@ -64,12 +64,16 @@ pub const BESIDE_EACH: [&str; 3] = [WITH_STEPS[1], "as in the paper, single_pass
 /// Changes of the paper's.
 const OF_PAPER: [&str; 5] = ["vpl-weight 0", "vpl-shadows bvh", "culling all", "culling tiled", "culling clustered"];
 
-/// All configurations, with the common settings `look`; few if `quick`.
-pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
-    let paper = |name: &str, changes: &str, images: DeepImageSettings| {
-        let settings = changed(look, &format!("{PAPER}, {FITTED}, {changes}"));
-        Case::new(name, settings.with_structure(images)).under_one_light()
-    };
+/// The paper's configuration with changes.
+pub fn paper(look: &Settings, name: &str, changes: &str, images: DeepImageSettings) -> Case {
+    let settings = changed(look, &format!("{PAPER}, {FITTED}, {changes}"));
+    Case::new(name, settings.with_structure(images)).under_one_light()
+}
+
+/// All configurations, with the common settings `look` and the paper's weight; few if `quick`.
+pub fn cases(look: &Settings, quick: bool, weight: u32) -> Vec<Case> {
+    let paper =
+        |name: &str, changes: &str, images| paper(look, name, &format!("vpl-weight {weight}, {changes}"), images);
     let mut all: Vec<Case> = QUICK.iter().map(|name| Case::one_bounce(look, name)).collect();
     let by = |builder| DeepImageSettings { builder, ..papers_images() };
     all.push(paper(EACH_DIRECTION, "", by(DeepBuilder::PerDirection)));
@@ -115,7 +119,7 @@ mod tests {
     fn the_quick_list_is_the_beginning_of_the_complete_list() {
         lanternfish_papers::register();
         let look = Settings::direct_light();
-        let names = |quick| cases(&look, quick).into_iter().map(|c| c.name).collect::<Vec<_>>();
+        let names = |quick| cases(&look, quick, 32).into_iter().map(|c| c.name).collect::<Vec<_>>();
         let (quick, all) = (names(true), names(false));
         assert!(all.starts_with(&quick) && all.len() > 20, "{all:?}");
         let mut unique = all.clone();

@@ -12,7 +12,7 @@ use lanternfish_metrics::RgbImage;
 use lanternfish_papers::{VirtualLights, indirect::virtual_lights::MapSize};
 
 use super::{
-    cases::{BESIDE_EACH, EACH_DIRECTION, WITH_STEPS, ranges_alone},
+    cases::{BESIDE_EACH, EACH_DIRECTION, WITH_STEPS, paper, papers_images, ranges_alone},
     steps::Steps,
 };
 use crate::{bench::Timed, case::Case, one_bounce::OneBounce, reference::flip, table::Row, view::View};
@@ -46,6 +46,18 @@ pub fn row(case: &Case, timed: &Timed) -> Row {
         .count("too_small", "too small", count("too_small"))
         .count("too_large", "too large", count("too_large"))
         .maybe("in_range", "in range", 2, in_range)
+}
+
+/// The weight by the number of lights [Archer2019, §3.2] with which their light is as bright as without it, to which it is proportional.
+pub fn weight(of: &OneBounce) -> Result<u32, CliError> {
+    const TRIED: u32 = 1024;
+    let light = |weight: u32| {
+        let case = paper(&of.lit.view.look, "", &format!("vpl-weight {weight}"), papers_images());
+        let lit = of.lit(&case)?;
+        Ok::<_, CliError>(energy(&of.bench.first_frame(&lit.view, &case.settings)?) - lit.direct_energy)
+    };
+    let ratio = light(0)? / light(TRIED)?;
+    Ok((f64::from(TRIED) * ratio).round().clamp(1.0, 65536.0) as u32)
 }
 
 /// Final light by other images beside that by images with a draw for each direction: "no difference in the final indirect lighting result"

@@ -18,6 +18,7 @@ use self::{
 use crate::{
     one_bounce::{self, OneBounce, OneBounceArgs},
     papers::{self, Paper},
+    table::Row,
 };
 
 const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reaches surfaces within their ranges. *Range rays*: fraction of the \
@@ -29,9 +30,12 @@ const TEXT: &str = "*In range*: fraction of the flux of virtual lights that reac
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "virtual-lights", "Virtual lights")?;
     let (bench, look) = (&of.bench, &of.lit.view.look);
+    let is_papers = args.requested(cases(look, args.quick, 0)).iter().any(|case| case.has_one_light);
+    let weight = if is_papers { measure::weight(&of)? } else { 0 };
+    bench.facts(Row::default().data("fitted_weight", weight));
     let steps = RefCell::new(Vec::new());
     let beside = RefCell::new(Beside::default());
-    let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| {
+    let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick, weight)), |case, timed| {
         let has_steps = WITH_STEPS.contains(&&*case.name);
         steps.borrow_mut().extend(has_steps.then(|| (case.name.clone(), Steps::of_timed(timed))));
         let beside = beside.borrow_mut().row(&case.name, &timed.image, of.lit(case)?.direct_energy)?;

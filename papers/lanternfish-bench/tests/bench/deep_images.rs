@@ -72,7 +72,8 @@ fn gpu_two_runs_count_the_same() {
         let figure = |name: &str| row[name].as_f64().unwrap();
         let is_exact = row["structure"] == "bvh" || row["structure"] == "ray-query";
         assert!(row["rate_random"].is_f64() && row["rate_by_direction"].is_f64(), "{row}");
-        assert!(figure("missed") + figure("false_hits") < 0.3, "{row}");
+        // Most of the three directions of 32² texels by the literal single pass, within a texel.
+        assert!(figure("missed") + figure("false_hits") < 0.35, "{row}");
         assert_eq!(is_exact, figure("error_p95") < 1e-3, "{row}");
         match row["structure"].as_str().unwrap() {
             "across-texels" => assert!(figure("texels_a_ray") > 1.0 && figure("fragments_a_ray") > 0.0, "{row}"),
