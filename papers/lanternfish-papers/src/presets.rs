@@ -135,7 +135,7 @@ const ARCHER: &[Row] = &[
     ("vpl-most-range", "0.15", "not stated; fitted to his 2,000 lights"),
     ("vpl-large-kept", "10", "§3.2: most of the large ones are discarded; the part is fitted"),
     ("vpl-residual", "lost", NONE),
-    ("vpl-weight", "0", "§3.2 weighs by the number of lights, without a scale: unweighted"),
+    ("vpl-weight", "34", "§3.2: by the number of lights; its scale is not stated: fitted to Sponza, 0 is none"),
     ("vpl-shadows", "none", "§4: virtual lights cast none"),
     ("indirect-resolution", "full", "§3.2"),
     ("indirect-filter", "0", NONE),

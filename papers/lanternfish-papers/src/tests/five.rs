@@ -48,7 +48,7 @@ fn gpu_five_culls_rays_by_facing(gpu: &Gpu) {
 
 #[gpu_test]
 fn gpu_five_culls_lights_by_clusters(gpu: &Gpu) {
-    check(gpu, &[("culling", "all")], Some("light_culling/listed_lights"));
+    check(gpu, &[("culling", "all")], Some("light_culling/visible_clusters"));
 }
 
 #[gpu_test]

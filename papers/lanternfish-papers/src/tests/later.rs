@@ -81,7 +81,8 @@ fn gpu_deferred_frames_replace_builders_and_refuse_stores_that_need_blocking_rea
     assert_eq!(inside::growth(&mut linked), Growth::Blocking);
     linked.set_growth(Growth::Blocking).unwrap();
 
-    let scene = lanternfish_scene::load("demo:cornell").unwrap();
+    let mut scene = lanternfish_scene::load("demo:cornell").unwrap();
+    scene.sky = Vec3::ONE;
     let image = |builder: DeepBuilder, growth: Growth| {
         let mut renderer = renderer(DeepImageSettings { builder, ..coarse });
         renderer.set_growth(growth).unwrap();
@@ -90,7 +91,7 @@ fn gpu_deferred_frames_replace_builders_and_refuse_stores_that_need_blocking_rea
     };
     let expected = image(DeepBuilder::PerTriangle, Growth::Deferred);
     for builder in [DeepBuilder::SinglePass, DeepBuilder::DepthPeeling] {
-        assert_eq!(image(builder, Growth::Deferred), expected, "{builder:?}");
+        assert!(image(builder, Growth::Deferred) == expected, "{builder:?}");
     }
-    assert_ne!(image(DeepBuilder::SinglePass, Growth::Blocking), expected, "with few texels a single pass misses some");
+    assert!(image(DeepBuilder::SinglePass, Growth::Blocking) != expected, "with few texels a single pass misses some");
 }
