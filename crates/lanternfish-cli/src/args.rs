@@ -124,7 +124,7 @@ pub struct RenderArgs {
     ///
     /// A stage that the paper lacks is off. --timings lists what is set, and the section that says so. Flags beside it override it.
     #[arg(id = "paper", long = "as", value_name = "PAPER", value_parser = choice::<Paper>())]
-    #[arg(help_heading = "Technique")]
+    #[arg(help_heading = "Technique", hide_short_help = true)]
     pub paper: Option<Paper>,
     /// Preset.
     ///

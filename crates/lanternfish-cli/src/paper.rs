@@ -6,6 +6,8 @@ use lanternfish::settings::Settings;
 use lanternfish_papers::Paper;
 use lanternfish_scene::Named as _;
 
+use crate::shot::Shot;
+
 /// The id of the flag.
 pub(crate) const ID: &str = "paper";
 
@@ -15,6 +17,13 @@ pub(crate) fn expanded(flags: Vec<(String, OsString)>) -> Vec<(String, OsString)
     let paper = named.and_then(|name| Paper::all().into_iter().find(|paper| *paper.name() == *name));
     let rows = paper.map(Paper::rows).unwrap_or_default().into_iter();
     rows.map(|row| (row.name.to_owned(), row.value.into())).chain(flags).collect()
+}
+
+/// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are arrays.
+pub(crate) fn for_moving(shot: &Shot, settings: &mut Settings) {
+    if shot.args.paper.is_some() && settings.get("deep-store").as_deref() != Some("linear_array") {
+        settings.set("deep-store", "linear_array").expect("the store of the default");
+    }
 }
 
 /// Every setting of a paper, its value in these settings, and the section that says so.
@@ -33,4 +42,64 @@ pub(crate) fn table(paper: Paper, settings: &Settings) -> String {
         writeln!(text, "{:<names$}  {now:<values$}  {changed}{}", row.name, row.source).expect("String");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Command;
+    use clap::{Args as _, FromArgMatches as _};
+
+    use super::*;
+    use crate::{args::RenderArgs, shot};
+
+    fn resolved(words: &[&str]) -> Shot {
+        lanternfish_papers::register();
+        let command = RenderArgs::augment_args(Command::new("render")).args_override_self(true);
+        let matches = command.no_binary_name(true).try_get_matches_from(words).unwrap();
+        shot::resolve(&RenderArgs::from_arg_matches(&matches).unwrap().scene, &matches).unwrap()
+    }
+
+    /// The flag gives the library's settings, whatever the preset of quality is.
+    #[test]
+    fn a_paper_is_the_same_by_flag_and_in_the_library() {
+        lanternfish_papers::register();
+        for paper in Paper::all() {
+            for quality in ["draft", "best"] {
+                let settings = resolved(&["demo:cornell", "--as", paper.name(), "--quality", quality]).args.settings();
+                for row in paper.rows() {
+                    assert_eq!(settings.get(row.name).as_deref(), Some(row.value), "{paper}, {quality}: {}", row.name);
+                }
+                assert!(!table(paper, &settings).contains("changed"), "{paper}");
+            }
+        }
+    }
+
+    /// A flag beside it overrides it wherever it stands, and a paper on the command line overrides a shot's techniques.
+    #[test]
+    fn flags_override_a_paper_which_overrides_a_shot() {
+        let settings = resolved(&["demo:cornell", "--tile-size", "32", "--as", "elagabani"]).args.settings();
+        assert_eq!(settings.get("tile-size").as_deref(), Some("32"));
+        assert!(table(Paper::Elagabani, &settings).contains("changed; 8 is"));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("shot.toml");
+        let get = |text: &str, words: &[&str], name: &str| {
+            std::fs::write(&file, text).unwrap();
+            resolved(&[&[file.to_str().unwrap()], words].concat()).args.settings().get(name)
+        };
+        let shot = "scene = \"demo:cornell\"\n[technique]\nculling = \"all\"\n";
+        assert_eq!(get(shot, &["--as", "van-gelderen"], "culling").as_deref(), Some("clustered"));
+        let shot = "scene = \"demo:cornell\"\n[technique]\nculling = \"all\"\nas = \"archer\"\n";
+        assert_eq!(get(shot, &[], "culling").as_deref(), Some("all"), "a shot's own keys stand beside its paper");
+        assert_eq!(get(shot, &[], "indirect").as_deref(), Some("virtual-lights"));
+    }
+
+    /// A window and a replay have arrays, which need no wait.
+    #[test]
+    fn moving_frames_have_arrays() {
+        let shot = resolved(&["demo:cornell", "--as", "aalund"]);
+        let mut settings = shot.args.settings();
+        assert_eq!(settings.get("deep-store").as_deref(), Some("sorted_linked_list"));
+        for_moving(&shot, &mut settings);
+        assert_eq!(settings.get("deep-store").as_deref(), Some("linear_array"));
+    }
 }

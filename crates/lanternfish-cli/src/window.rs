@@ -17,6 +17,7 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     output::{self, check_writable},
+    paper,
     progress::Progress,
     recording::Recorded,
     render::lit_scene,
@@ -169,6 +170,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
 fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let samples = shot.args.settings_of(1).image.samples;
     let mut settings = shot.args.settings().with_samples(samples);
+    paper::for_moving(shot, &mut settings);
     if !shot.names().iter().any(|name| name == "history") {
         settings.history = History::On;
     }

@@ -9,6 +9,7 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     motion::Motion,
+    paper,
     parse::Size,
     progress::Progress,
     render::lit_scene,
@@ -60,7 +61,8 @@ impl Plan {
     /// Plans a shot's frames, or recorded cameras in its scene. Each frame is rendered once, even if the shot averages frames.
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
-        let settings = args.settings_of(1);
+        let mut settings = args.settings_of(1);
+        paper::for_moving(shot, &mut settings);
         let (mut scene, motion) = lit_scene(args, progress)?;
         let is_recorded = recorded.is_some();
         let steps = match recorded {
