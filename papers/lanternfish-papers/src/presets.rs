@@ -87,7 +87,11 @@ const NIESSNER: &[Row] = &[
     ("indirect-clamp", "off", NONE),
     ("deep-directions", "cube:5", "§3.1, §7: 150 directions, two to an image"),
     ("deep-resolution", "128", "§5"),
-    ("deep-builder", "per_triangle", "the images of §3.1; his draw for each layer, depth_peeling, takes minutes on a processor"),
+    (
+        "deep-builder",
+        "per_triangle",
+        "the images of §3.1; his draw for each layer, depth_peeling, takes minutes on a processor",
+    ),
     ("deep-merge", "0", NONE),
     ("deep-sort", "blocks", "§3.1: peeled layers are in order"),
     ("deep-search", "linear_steps", "§3.2: layer by layer"),
