@@ -152,6 +152,13 @@ const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
 /// Ids of further shared flags.
 const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone-map", "seed", "timings", "quiet"];
 
+/// The names of the flags that `reference` shares with `render`.
+pub fn shared_flags() -> Vec<String> {
+    let render = RenderArgs::augment_args(Command::new("render"));
+    let shared = render.get_arguments().filter(|flag| is_shared(flag));
+    shared.filter_map(|flag| Some(flag.get_long()?.to_owned())).collect()
+}
+
 /// True if a flag of `render` is also one of `reference`.
 fn is_shared(flag: &Arg) -> bool {
     flag.get_long().is_some()
@@ -321,11 +328,4 @@ mod tests {
             parsed("--max-distance 0").is_err() && parsed("--spp 0").is_err() && parsed("--until-error 0").is_err()
         );
     }
-}
-
-/// The names of the flags that `reference` shares with `render`.
-pub fn shared_flags() -> Vec<String> {
-    let render = RenderArgs::augment_args(Command::new("render"));
-    let shared = render.get_arguments().filter(|flag| is_shared(flag));
-    shared.filter_map(|flag| Some(flag.get_long()?.to_owned())).collect()
 }

@@ -18,15 +18,15 @@ pub const WASTE: &str = "Of the box around the view's frustum, what lies outside
 
 /// Figures of a row over those of another; a dash where that is 0.
 fn ratios(row: Row, of: &Measured, over: &Measured) -> Row {
-    let counts: [(&str, &str, fn(&Counts) -> u64); 3] = [
-        ("visible_clusters", "visible clusters", |counts| counts.visible_clusters),
-        ("light_tests", "light tests", |counts| counts.light_tests),
-        ("lighting_operations", "lighting operations", |counts| counts.lighting_operations),
+    let counts = |counts: &Counts| [counts.visible_clusters, counts.light_tests, counts.lighting_operations];
+    let names = [
+        ("visible_clusters", "visible clusters"),
+        ("light_tests", "light tests"),
+        ("lighting_operations", "lighting operations"),
     ];
     let ratio = |a: f64, b: f64| (b > 0.0).then(|| a / b);
-    let row = counts.into_iter().fold(row, |row, (key, heading, count)| {
-        row.maybe(key, heading, 2, ratio(count(&of.counts) as f64, count(&over.counts) as f64))
-    });
+    let pairs = names.into_iter().zip(counts(&of.counts).into_iter().zip(counts(&over.counts)));
+    let row = pairs.fold(row, |row, ((key, heading), (a, b))| row.maybe(key, heading, 2, ratio(a as f64, b as f64)));
     let times = [("culling", of.ms.culling(), over.ms.culling()), ("frame", of.ms.frame(), over.ms.frame())];
     times.into_iter().fold(row, |row, (key, a, b)| row.maybe(key, &format!("{key} time"), 2, ratio(a, b)))
 }
