@@ -157,7 +157,7 @@ fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
         Command::DeepImages(args) => deep_images::run(&args, said).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
-        Command::Papers(args) => papers::run(&args, said).map(|()| 0),
+        Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
         Command::Compare(args) => return compare::main(&args),
         Command::Replay(args) => return replay::main(&args, said),
     })

@@ -21,7 +21,9 @@ pub(crate) fn expanded(flags: Vec<(String, OsString)>) -> Vec<(String, OsString)
 
 /// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are arrays.
 pub(crate) fn for_moving(shot: &Shot, settings: &mut Settings) {
-    if shot.args.paper.is_some() && settings.get("deep-store").as_deref() != Some("linear_array") {
+    let row = shot.args.paper.and_then(|paper| paper.rows().into_iter().find(|row| row.name == "deep-store"));
+    // Another store than the paper's was given beside it.
+    if row.is_some_and(|row| settings.get(row.name).as_deref() == Some(row.value)) {
         settings.set("deep-store", "linear_array").expect("the store of the default");
     }
 }
@@ -37,7 +39,7 @@ pub(crate) fn table(paper: Paper, settings: &Settings) -> String {
     let mut text = format!("as {paper}\n");
     for row in rows {
         let now = value(row.name);
-        let changed = if now == row.value { String::new() } else { format!("changed; {} is ", row.value) };
+        let changed = if now == row.value { String::new() } else { format!("changed: {} is ", row.value) };
         // Writing to a String cannot fail.
         writeln!(text, "{:<names$}  {now:<values$}  {changed}{}", row.name, row.source).expect("String");
     }
@@ -79,7 +81,7 @@ mod tests {
     fn flags_override_a_paper_which_overrides_a_shot() {
         let settings = resolved(&["demo:cornell", "--tile-size", "32", "--as", "elagabani"]).args.settings();
         assert_eq!(settings.get("tile-size").as_deref(), Some("32"));
-        assert!(table(Paper::Elagabani, &settings).contains("changed; 8 is"));
+        assert!(table(Paper::Elagabani, &settings).contains("changed: 8 is"));
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("shot.toml");
         let get = |text: &str, words: &[&str], name: &str| {
@@ -101,5 +103,9 @@ mod tests {
         assert_eq!(settings.get("deep-store").as_deref(), Some("sorted_linked_list"));
         for_moving(&shot, &mut settings);
         assert_eq!(settings.get("deep-store").as_deref(), Some("linear_array"));
+        let given = resolved(&["demo:cornell", "--as", "aalund", "--deep-store", "linked_list"]);
+        let mut settings = given.args.settings();
+        for_moving(&given, &mut settings);
+        assert_eq!(settings.get("deep-store").as_deref(), Some("linked_list"), "what a user gives stays");
     }
 }

@@ -36,8 +36,8 @@ pub struct PaperSetting {
 type Row = (&'static str, &'static str, &'static str);
 
 const NONE: &str = "the paper has none";
-/// Direct light of the papers on indirect light.
-const EXACT: &str = "shadows of direct light are not its subject: exact rays stand for them";
+/// Direct light of Nießner and Aalund, who rasterise it.
+const EXACT: &str = "exact rays, for the shadow map or the rasterised light that stand apart from the method";
 
 /// Every stage, with the values of a paper that does not speak of it.
 const STAGES: [Row; 12] = [
@@ -56,47 +56,47 @@ const STAGES: [Row; 12] = [
 ];
 
 const ELAGABANI: &[Row] = &[
-    ("culling", "tiled", "§4.2: tiles, between their nearest and farthest depth"),
-    ("tile-size", "8", "table 5.1"),
-    ("aabb", "on", "§4.2.3, table 5.1: its fastest row"),
-    ("shadows", "auto", "§4.3.3: ray queries; the BVH where the adapter has none"),
-    ("ray-culling", "improved", "§4.3.1: normals from five depths"),
-    ("ray-range-culling", "off", "§4.3: a ray to every light of the tile"),
+    ("culling", "tiled", "§4.2.3: tiles between their nearest and farthest depth"),
+    ("tile-size", "8", "tables 5.1 and 5.2"),
+    ("aabb", "on", "§4.2.3, in the fastest rows of table 5.1"),
+    ("shadows", "auto", "§4.3: ray queries; the BVH where the adapter has none"),
+    ("ray-culling", "improved", "§4.3.1: normals from five depths along each axis"),
+    ("ray-range-culling", "off", "§4.3.3: a ray to every light of the tile that the surface faces"),
 ];
 
 const VAN_GELDEREN: &[Row] = &[
     ("culling", "clustered", "§3"),
-    ("clusters", "persp:64", "§3.1, §6.2"),
+    ("clusters", "persp:64", "§3.1; the best size of chapter 6"),
     ("cluster-views", "enclosed", "§4.1: one grid around both eyes"),
     ("light-assignment", "brute_force", "§3.3"),
     ("cluster-test", "planes", "§3.3"),
     ("cluster-depth", "100", "§6.1.3"),
+    ("ray-culling", "surface", "no shadow rays"),
+    ("ray-range-culling", "on", "no shadow rays"),
+    ("indirect", "none", "app. B has virtual lights, as an experiment"),
+    ("samples", "1", "fig. 6.10; §5.2.3 describes more"),
 ];
 
 const NIESSNER: &[Row] = &[
-    ("shadows", "across-texels", "§4: hard shadows through the images"),
+    ("shadows", "auto", EXACT),
     ("indirect", "sampled", "§5: rays from every pixel"),
     ("indirect-rays", "8", "§7: diffuse rays"),
     ("glossy-rays", "16", "§7"),
-    ("first-rays", "1", "§5: every frame alike"),
-    ("hit-light", "shaded", "§5: local lighting at hits, with an exact shadow ray for his shadow map"),
+    ("first-rays", "1", "a first frame has no more rays than others"),
+    ("hit-light", "shaded", "§5: local lighting at hits, with an exact shadow ray for their shadow map"),
     ("bounces", "1", "§5"),
     ("indirect-tracer", "across-texels", "§3.2"),
-    ("indirect-resolution", "full", "§5"),
-    ("indirect-filter", "5", "§5, §7: 11 x 11; ours stops at edges"),
+    ("indirect-resolution", "full", "§5: 8 to 64 rays a pixel"),
+    ("indirect-filter", "5", "§5, §7: 11 x 11 on diffuse light; ours stops at edges, and filters glossy light too"),
     ("indirect-clamp", "off", NONE),
-    ("deep-directions", "cube:5", "§3.1, §7: 150 directions, two to an image"),
+    ("deep-directions", "cube:5", "§3.1, §7: 150 directions; one image for two opposite ones is ours"),
     ("deep-resolution", "128", "§5"),
-    (
-        "deep-builder",
-        "per_triangle",
-        "the images of §3.1; his draw for each layer, depth_peeling, takes minutes on a processor",
-    ),
+    ("deep-builder", "per_triangle", "the images of §3.1; depth_peeling, theirs, takes minutes on a processor"),
     ("deep-merge", "0", NONE),
-    ("deep-sort", "blocks", "§3.1: peeled layers are in order"),
-    ("deep-search", "linear_steps", "§3.2: layer by layer"),
-    ("deep-tolerance", "0.5", "§3.2, fig. 3: a tolerance, which is not stated"),
-    ("samples", "4", "§4, fig. 4"),
+    ("deep-sort", "blocks", "ours: peeled layers need no sort"),
+    ("deep-search", "linear_steps", "not stated; the hits are the same"),
+    ("deep-tolerance", "0.5", "§3.2, fig. 3: a tolerance, whose size is not stated"),
+    ("samples", "4", "§4, §7"),
 ];
 
 const AALUND: &[Row] = &[
@@ -107,10 +107,10 @@ const AALUND: &[Row] = &[
     ("photon-count", "4096", "not stated; ours"),
     ("photon-tracer", "within-texel", "§3.1"),
     ("photon-bounces", "1", "§3.4: absorbed after the first bounce"),
-    ("photon-radius", "1", "eq. 4: the ellipse of the differentials"),
+    ("photon-radius", "1", "§3.4: the ellipse of the differentials"),
     ("photon-widened", "off", NONE),
     ("photon-conserve", "off", NONE),
-    ("photon-splat", "raster", "§4.2: additive blending"),
+    ("photon-splat", "gather", "the sum of §4.2; raster, their blending, takes minutes on a processor"),
     ("indirect-resolution", "full", "§4.2"),
     ("indirect-filter", "0", NONE),
     ("indirect-clamp", "off", NONE),
@@ -118,33 +118,33 @@ const AALUND: &[Row] = &[
     ("deep-resolution", "50", "fig. 9; figs 8 and 10 have 200"),
     ("deep-builder", "per_direction", "§3: one draw for each map"),
     ("deep-merge", "0", NONE),
-    ("deep-store", "sorted_linked_list", "§3: PSPPSLL"),
+    ("deep-store", "sorted_linked_list", "§3: PSPPSLL; windows and replays take arrays"),
     ("deep-test", "off", "§3.1: the first fragment"),
 ];
 
 const ARCHER: &[Row] = &[
-    ("shadows", "auto", EXACT),
+    ("shadows", "auto", "§3.2: shadows of the light are calculated apart; exact rays"),
     ("culling", "raster-grid", "§3.2: outlines of lights at tiles, depths by line and sphere"),
     ("indirect", "virtual-lights", "§3.2"),
     ("vpl-map", "256", "§4"),
     ("vpl-source", "raster", "§3.2: a reflective shadow map"),
     ("vpl-unique", "on", "§3.2: higher mip levels near the light"),
-    ("vpl-spacing", "0.02", "not stated; fitted to his 20,000 lights"),
+    ("vpl-spacing", "0.02", "not stated; fitted to their 20,000 lights"),
     ("vpl-count", "0", "§3.2: all that are unique"),
     ("vpl-stride", "1", "§3.2: a pixel uses every listed light"),
-    ("vpl-ranges", "average", "§3.2: six rays"),
-    ("vpl-axis", "normal", "§3.2"),
+    ("vpl-ranges", "average", "§3.2: six rays; one of their two"),
+    ("vpl-axis", "normal", "§3.2: one of their two"),
     ("vpl-range-tracer", "within-texel", "§3.2"),
     ("vpl-least-range", "0.005", "not stated; ours"),
-    ("vpl-most-range", "0.15", "not stated; fitted to his 2,000 lights"),
+    ("vpl-most-range", "0.15", "not stated; fitted to their 2,000 lights"),
     ("vpl-large-kept", "10", "§3.2: most of the large ones are discarded; the part is fitted"),
     ("vpl-residual", "lost", NONE),
     ("vpl-weight", "34", "§3.2: by the number of lights; its scale is not stated: fitted to Sponza, 0 is none"),
     ("vpl-shadows", "none", "§4: virtual lights cast none"),
-    ("indirect-resolution", "full", "§3.2"),
+    ("indirect-resolution", "full", "§3.2: light of every pixel"),
     ("indirect-filter", "0", NONE),
     ("indirect-clamp", "off", NONE),
-    ("deep-directions", "stacks:13x13", "§3.1"),
+    ("deep-directions", "stacks:13x13", "§3.1, §4"),
     ("deep-resolution", "64", "§4"),
     ("deep-builder", "single_pass_literal", "§3.1, fig. 3"),
     ("deep-merge", "0", NONE),
@@ -152,25 +152,24 @@ const ARCHER: &[Row] = &[
     ("deep-search", "linear_steps", "§3.2"),
 ];
 
-/// Parts of the papers' rows. Each structure of deep images has its own settings: the shared ones are Niessner's.
+/// What each paper brings to a frame of all five. Other parameters keep the renderer's defaults: they light more than a paper alone.
 const FIVE: &[Row] = &[
     ("culling", "clustered", "[VanGelderen2020, §3]"),
     ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]"),
-    ("shadows", "across-texels", "[Niessner2010, §3.2]"),
-    ("light-radius", "0.05", "[Niessner2010, §4]: soft shadows; the radius is ours"),
-    ("shadow-rays", "16", "[Niessner2010, §7]"),
+    ("shadows", "auto", "[Elagabani2025, §4.3]"),
     ("ray-culling", "improved", "[Elagabani2025, §4.3.1]"),
-    ("deep-directions", "cube:5", "[Niessner2010, §3.1, §7]"),
-    ("deep-resolution", "128", "[Niessner2010, §5]"),
-    ("deep-builder", "per_triangle", "the images of [Niessner2010, §3.1], without his draw for each layer"),
+    ("light-radius", "0.05", "ours: soft shadows"),
+    ("shadow-rays", "16", "[Niessner2010, §7]"),
     ("occlusion", "deep", "[Aalund2015, §3.3]"),
     ("occlusion-plain", "on", "[Aalund2015, eq. 1 to 3]"),
     ("occlusion-images", "aalund", "[Aalund2015, fig. 9]"),
     ("indirect", "virtual-lights", "[Archer2019, §3.2]"),
-    ("vpl-images", "archer", "[Archer2019, §3.1]"),
     ("vpl-ranges", "average", "[Archer2019, §3.2]"),
     ("vpl-range-tracer", "within-texel", "[Archer2019, §3.2]"),
-    ("samples", "4", "[Niessner2010, §4]"),
+    ("vpl-images", "archer", "[Archer2019, §3.1]"),
+    ("vpl-shadows", "across-texels", "[Niessner2010, §3.2]: virtual lights are seen through the images"),
+    ("vpl-shadow-images", "niessner", "[Niessner2010, §3.1, §7]"),
+    ("samples", "4", "[Niessner2010, §4, §7]"),
 ];
 
 impl Paper {
@@ -206,7 +205,7 @@ mod tests {
     use lanternfish_scene::Named;
 
     use super::*;
-    use crate::{DeepImageSettings, PaperImages, VirtualLights, occlusion::deep::Deep};
+    use crate::{DeepImageSettings, DeepStore, PaperImages, VirtualLights, occlusion::deep::Deep};
 
     /// Every row is a setting that keeps its value: none belongs to a technique that is not chosen.
     #[test]
@@ -244,12 +243,12 @@ mod tests {
         crate::register();
         let images = |paper: Paper| DeepImageSettings::of(&paper.settings().structure);
         assert_eq!(images(Paper::Niessner), DeepImageSettings::NIESSNER);
-        assert_eq!(images(Paper::Aalund), DeepImageSettings::AALUND);
+        let lists = DeepImageSettings { store: DeepStore::SortedLinkedList, ..DeepImageSettings::AALUND };
+        assert_eq!(images(Paper::Aalund), lists);
         assert_eq!(images(Paper::Archer), DeepImageSettings::ARCHER);
         let five = Paper::Five.settings();
-        let of = DeepImageSettings::NIESSNER;
-        assert_eq!((images(Paper::Five).directions, images(Paper::Five).resolution), (of.directions, of.resolution));
-        assert_eq!(five.indirect.get::<VirtualLights>().unwrap().images, PaperImages::Archer);
+        let lights = *five.indirect.get::<VirtualLights>().unwrap();
+        assert_eq!([lights.images, lights.shadow_images], [PaperImages::Archer, PaperImages::Niessner]);
         assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Aalund);
     }
 }

@@ -13,7 +13,7 @@ use std::{
     process,
 };
 
-use clap::{ArgMatches, Args};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, read_exr, write_png};
 use lanternfish_papers::Paper;
@@ -21,17 +21,16 @@ use lanternfish_scene::Named as _;
 use serde::Deserialize;
 
 use crate::{
-    args::demos,
+    args::{RenderArgs, TrustArgs, demos},
     error::CliError,
     images::{energy_of, shown},
     output,
     progress::Progress,
     reference::shared_flags,
-    replay::SimulationArgs,
     report::grouped,
     scene::SceneName,
     sheet::{GLYPH, Sheet},
-    shot,
+    shot::{self, Shot, shown::quoted},
 };
 
 pub const HELP: &str = "\
@@ -40,11 +39,25 @@ Examples:
   lanternfish papers sponza.toml --spp 64 -o papers
 
 In the ground truth lights have a radius of 5 cm, unless --light-radius says otherwise: all five in
-one frame render it, papers with hard shadows do not. It has all light, of every bounce.
+one frame render it, papers with hard shadows do not. It has all light, of every bounce, which no
+paper has. Mean light is over the ground truth's.
 ";
 
-/// Radius of point lights in the ground truth, as in [`Paper::Five`], m.
-const LIGHT_RADIUS: &str = "0.05";
+/// Ids of flags of `render` that do not apply to a sheet.
+const OTHERS: [&str; 12] = [
+    "scene",
+    "output",
+    "open",
+    "paper",
+    "frames",
+    "orbit",
+    "fps",
+    "skip_existing",
+    "timings",
+    "report",
+    "progress",
+    "stereo_layout",
+];
 
 /// Flags of `papers`.
 #[derive(Debug, Args)]
@@ -60,7 +73,32 @@ pub struct PapersArgs {
     pub spp: u64,
     /// The flags of `render` that apply here.
     #[command(flatten)]
-    pub shared: SimulationArgs,
+    pub shared: SheetArgs,
+}
+
+/// The flags of `render` that define an image and its scene. The processes of the images parse their values again.
+#[derive(Debug)]
+pub struct SheetArgs;
+
+impl Args for SheetArgs {
+    fn augment_args(command: Command) -> Command {
+        let render = RenderArgs::augment_args(Command::new("render"));
+        command.args(render.get_arguments().filter(|flag| !OTHERS.contains(&flag.get_id().as_str())).cloned())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SheetArgs {
+    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
+        Ok(())
+    }
 }
 
 /// What is read of the report of `render`.
@@ -101,13 +139,17 @@ impl Entry {
 }
 
 /// Renders every image, and writes them with the sheet.
-pub fn run(args: &PapersArgs, said: &ArgMatches) -> Result<(), CliError> {
+pub fn run(args: &PapersArgs, said: &ArgMatches, trust: TrustArgs) -> Result<(), CliError> {
     let shot = shot::resolve(&args.scene, said)?;
+    if shot.args.track.frames.is_some() || shot.args.track.orbit.is_some() || shot.args.paper.is_some() {
+        let what = format_args!("{}: a sequence, or a shot that names a paper", args.scene).to_string();
+        return Err(CliError::new(what, "a sheet is of one image, as every paper has it"));
+    }
     let mut progress = Progress::start(shot.args.run.quiet);
     let folder = &args.output;
     fs::create_dir_all(folder)
         .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name another folder"))?;
-    let flags = Flags::of(said, shot.names().iter().any(|name| name == "light-radius"));
+    let flags = Flags::of(&shot, said, trust);
     let reference = folder.join("path-tracer.exr");
     progress.step("reference", "Tracing the ground truth", || {
         let spp = format!("--spp={}", args.spp);
@@ -119,8 +161,9 @@ pub fn run(args: &PapersArgs, said: &ArgMatches) -> Result<(), CliError> {
     let lines = vec![format!("{} samples per pixel", grouped(args.spp))];
     let mut entries = vec![Entry { paper: None, display, lines, passes: Vec::new() }];
     let mut adapter = String::new();
+    // All five first.
     let mut papers = Paper::all();
-    papers.rotate_right(1);
+    papers.sort_by_key(|paper| *paper != Paper::Five);
     for paper in papers {
         let [image, report] = ["exr", "json"].map(|ending| folder.join(format!("{paper}.{ending}")));
         let made = progress.step("image", &format!("Rendering as {paper}"), || {
@@ -135,17 +178,21 @@ pub fn run(args: &PapersArgs, said: &ArgMatches) -> Result<(), CliError> {
                 let pair = Pair::new(image_shown, truth_shown.clone()).map_err(failed(folder))?;
                 let flip = pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE).map_err(failed(folder))?);
                 let energy = energy_of(&image) / energy_of(&truth);
-                let lines = vec![format!("FLIP {flip:.3}, energy {energy:.3}")];
+                let lines = vec![format!("FLIP {flip:.3}, mean light {energy:.3}")];
                 Entry { paper: Some(paper), display, lines: [lines, cost.lines()].concat(), passes: cost.times() }
             }
             // The other images are of use without this one.
             Err(error) => {
-                progress.warn(Some(format!("{paper}: {error}")));
-                let display = vec![0; 3 * truth.pixels.len()];
-                Entry { paper: Some(paper), display, lines: vec!["failed".to_owned()], passes: Vec::new() }
+                let (what, display) = (error.to_string(), vec![0; 3 * truth.pixels.len()]);
+                let lines = vec!["failed".to_owned(), what.lines().next().unwrap_or_default().to_owned()];
+                progress.warn(Some(format!("{paper}: {what}")));
+                Entry { paper: Some(paper), display, lines, passes: Vec::new() }
             }
         };
         entries.push(entry);
+    }
+    if adapter.is_empty() {
+        return Err(CliError::new("no image could be rendered", "the warnings say why"));
     }
     let size = [truth.width, truth.height];
     for entry in &entries {
@@ -191,11 +238,18 @@ struct Flags {
     all: Vec<OsString>,
     /// Those of them that `reference` has.
     shared: Vec<OsString>,
+    /// What may be read, and how much memory may be taken.
+    trusted: Vec<OsString>,
 }
 
 impl Flags {
-    fn of(said: &ArgMatches, has_radius: bool) -> Self {
-        let all = shot::words(said);
+    fn of(shot: &Shot, said: &ArgMatches, trust: TrustArgs) -> Self {
+        let (settings, given) = (shot.args.settings(), shot.names());
+        let value = |name: &str| format!("--{name}={}", settings.get(name).unwrap_or_default());
+        // What a shot says of lights and materials stays, whatever a paper has.
+        let of_scene = ["light-radius", "materials"].into_iter().filter(|name| given.iter().any(|other| other == name));
+        let mut all: Vec<OsString> = of_scene.map(|name| value(name).into()).collect();
+        all.extend(shot::words(said));
         let known = shared_flags();
         let name = |word: &str| word.trim_start_matches("--").split('=').next().map(str::to_owned);
         let is_known = |word: &&OsString| name(&word.to_string_lossy()).is_some_and(|name| known.contains(&name));
@@ -205,24 +259,29 @@ impl Flags {
             None => word.clone(),
         };
         let mut shared: Vec<OsString> = all.iter().filter(is_known).map(renamed).collect();
-        if !has_radius {
-            shared.push(format!("--light-radius={LIGHT_RADIUS}").into());
+        if !given.iter().any(|name| name == "light-radius") {
+            let radius = Paper::Five.settings().lights.radius;
+            shared.push(format!("--light-radius={radius}").into());
         }
-        Self { all, shared }
+        let mut trusted: Vec<OsString> = trust.confine.then(|| "--confine".into()).into_iter().collect();
+        trusted.extend(trust.memory_limit.map(|bytes| format!("--memory-limit={bytes}").into()));
+        Self { all, shared, trusted }
     }
 
     /// The command that makes the sheet again.
     fn command(&self, args: &PapersArgs) -> String {
         let words = self.all.iter().map(|word| word.to_string_lossy().into_owned());
-        let first = ["lanternfish papers".to_owned(), args.scene.to_string(), format!("--spp {}", args.spp)];
-        first.into_iter().chain(words).collect::<Vec<_>>().join(" ")
+        let output = args.output.to_string_lossy().into_owned();
+        let own = [format!("--spp={}", args.spp), "-o".to_owned(), output, args.scene.spelling().display().to_string()];
+        let quoted: Vec<_> = words.chain(own).map(|word| quoted(&word)).collect();
+        format!("lanternfish papers {}", quoted.join(" "))
     }
 
     /// Runs a command of this program on the scene.
     fn run(&self, args: &PapersArgs, first: &[&str], flags: &[OsString], more: &[OsString]) -> Result<(), CliError> {
         let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
         let mut command = process::Command::new(program);
-        command.args(first).args(flags).args(more).args(["--quiet", "--"]).arg(args.scene.spelling());
+        command.args(first).args(flags).args(&self.trusted).args(more).args(["--quiet", "--"]).arg(args.scene.spelling());
         let output =
             command.output().map_err(|error| CliError::new(format_args!("{}: {error}", first.join(" ")), ""))?;
         if output.status.success() {
@@ -262,7 +321,7 @@ impl Cost {
 /// Images in a row of the sheet, pixels between them, and lines of text below each.
 const COLUMNS: usize = 4;
 const GAP: usize = 8;
-const LINES: usize = 6;
+const LINES: usize = 7;
 
 fn draw(entries: &[Entry], [width, height]: [usize; 2], title: &str) -> Sheet {
     let line = GLYPH + 4;
@@ -275,7 +334,7 @@ fn draw(entries: &[Entry], [width, height]: [usize; 2], title: &str) -> Sheet {
         sheet.paste(left, top, width, &pixels);
         let text = [entry.name()].into_iter().chain(entry.lines.iter().map(String::as_str));
         for (row, text) in text.take(LINES).enumerate() {
-            sheet.write(left, top + height + 4 + row * line, &text[..text.len().min(width / GLYPH)]);
+            sheet.write(left, top + height + 4 + row * line, text.get(..width / GLYPH).unwrap_or(text));
         }
     }
     sheet

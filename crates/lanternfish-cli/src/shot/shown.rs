@@ -221,7 +221,7 @@ pub fn command_line(shot: &Shot) -> String {
 }
 
 /// Quotes a word for a shell.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
     match word.chars().all(is_plain) && !word.is_empty() {
         true => word.to_owned(),

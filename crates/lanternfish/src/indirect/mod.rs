@@ -60,10 +60,10 @@ pub trait IndirectTechnique: AnyTechnique {
         Vec::new()
     }
 
-    /// The structure that they traverse, if they need one. Usually the one that the settings choose for all.
+    /// The structures that they traverse. Usually the one that the settings choose for all.
     #[doc(hidden)]
-    fn structure(&self, settings: &Settings) -> Structure {
-        settings.structure.clone()
+    fn structures(&self, settings: &Settings) -> Vec<Structure> {
+        self.tracers().into_iter().map(|tracer| tracer.structure(&settings.structure)).collect()
     }
 
     /// True if it includes light from the environment. Otherwise occlusion may add it.
@@ -161,9 +161,9 @@ impl Indirect {
         self.technique().map(|technique| technique.tracers()).unwrap_or_default()
     }
 
-    /// The structure that they traverse, if they need one.
-    pub(crate) fn structure(&self, settings: &Settings) -> Structure {
-        self.technique().map_or(Structure::NONE, |technique| technique.structure(settings))
+    /// The structures that they traverse.
+    pub(crate) fn structures(&self, settings: &Settings) -> Vec<Structure> {
+        self.technique().map(|technique| technique.structures(settings)).unwrap_or_default()
     }
 
     /// Parts of a scene that the technique reads.

@@ -155,8 +155,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
 fn structures(shadows: Option<Tracer>, settings: &Settings) -> Vec<Structure> {
     let mut found: Vec<Structure> = Vec::new();
     let of_shadows = shadows.map(|tracer| tracer.structure(&settings.structure));
-    let chosen = settings.indirect.structure(settings);
-    let of_indirect = settings.indirect.tracers().into_iter().map(|tracer| tracer.structure(&chosen));
+    let of_indirect = settings.indirect.structures(settings);
     for structure in of_shadows.into_iter().chain(of_indirect).filter(Structure::is_some) {
         if !found.contains(&structure) {
             found.push(structure);

@@ -5,7 +5,7 @@ use lanternfish_scene::named_enum;
 
 use super::{
     directions::DirectionSet,
-    settings::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
+    settings::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort},
 };
 
 named_enum! {
@@ -16,7 +16,7 @@ named_enum! {
         #[default]
         Shared = "shared": "Those of the `deep-` settings, shared",
         /// [`DeepImageSettings::NIESSNER`].
-        Niessner = "niessner": "Their own: a cube of 75 directions, 128² texels",
+        Niessner = "niessner": "Their own: 150 directions of a cube in 75 images, 128² texels",
         /// [`DeepImageSettings::AALUND`].
         Aalund = "aalund": "Their own: 512 zonal directions, 50² texels",
         /// [`DeepImageSettings::ARCHER`].
@@ -25,8 +25,8 @@ named_enum! {
 }
 
 impl DeepImageSettings {
-    /// As in [Niessner2010, §3.1, §7]: 150 directions of a cube, two to an image of 128² texels. [`DeepBuilder::DepthPeeling`], his builder,
-    /// gives the same images, and takes minutes on a processor.
+    /// As in [Niessner2010, §3.1, §7]: 150 directions of a cube, 128² texels. One image for two opposite directions is ours. Their builder,
+    /// [`DeepBuilder::DepthPeeling`], gives the same images, and takes minutes on a processor.
     pub const NIESSNER: Self = Self {
         directions: DirectionSet::Cube { k: 5 },
         resolution: 128,
@@ -37,13 +37,12 @@ impl DeepImageSettings {
         ..Self::ARCHER
     };
 
-    /// As in [Aalund2015, §3, fig. 9]: 512 directions of equal area, 50² texels, a draw for each into sorted linked lists, whose first
-    /// fragment is hit.
+    /// As in [Aalund2015, §3, fig. 9]: 512 directions of equal area, 50² texels, a draw for each, the first fragment is hit. In arrays, which
+    /// windows need; theirs are `deep-store sorted_linked_list`.
     pub const AALUND: Self = Self {
         directions: DirectionSet::ZonalEqualArea { count: 512 },
         resolution: 50,
         builder: DeepBuilder::PerDirection,
-        store: DeepStore::SortedLinkedList,
         sort: DeepSort::Selection,
         search: DeepSearch::Bisection,
         tests_triangles: false,

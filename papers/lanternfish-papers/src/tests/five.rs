@@ -16,8 +16,7 @@ type Drawn = (Vec<[f32; 4]>, Vec<(String, u64)>);
 /// All five in a small scene with a sky and a second lamp, which does not reach far; with some settings changed.
 fn draw(gpu: &Gpu, changes: &[(&str, &str)]) -> Drawn {
     let mut settings: Settings = Paper::Five.settings();
-    // Fewer texels than the paper has: the test is of what a frame holds.
-    for (name, value) in [("deep-resolution", "24"), ("samples", "1")].iter().chain(changes) {
+    for (name, value) in [("samples", "1")].iter().chain(changes) {
         settings.set(name, value).unwrap();
     }
     let mut scene = demo("cornell").unwrap();
@@ -52,8 +51,8 @@ fn gpu_five_culls_lights_by_clusters(gpu: &Gpu) {
 }
 
 #[gpu_test]
-fn gpu_five_traces_shadows_across_texels(gpu: &Gpu) {
-    check(gpu, &[("shadows", "bvh")], None);
+fn gpu_five_traces_virtual_lights_across_texels(gpu: &Gpu) {
+    check(gpu, &[("vpl-shadows", "bvh")], None);
 }
 
 #[gpu_test]
@@ -67,15 +66,15 @@ fn gpu_five_ranges_virtual_lights_by_compound_deep_images(gpu: &Gpu) {
     check(gpu, &[("indirect", "none")], None);
 }
 
-/// The cube of shadow rays and the stacks of virtual lights are both there, beside the maps of occlusion.
+/// The cube of shadow rays and the stacks of ranges are both there, beside the maps of occlusion, which are its own.
 #[gpu_test]
-fn gpu_five_holds_two_structures(gpu: &Gpu) {
+fn gpu_five_has_two_structures_for_tracers(gpu: &Gpu) {
     let structures = |changes: &[(&str, &str)]| {
         let mut settings = Paper::Five.settings();
         changes.iter().for_each(|(name, value)| settings.set(name, value).unwrap());
         inside::structures(&Renderer::with_engine(&engine(gpu), settings).unwrap())
     };
     assert_eq!(structures(&[]), 2);
-    assert_eq!(structures(&[("vpl-images", "shared")]), 1);
-    assert_eq!(structures(&[("shadows", "bvh")]), 1);
+    assert_eq!(structures(&[("vpl-images", "niessner")]), 1);
+    assert_eq!(structures(&[("vpl-shadows", "bvh")]), 1);
 }

@@ -101,10 +101,11 @@ impl VirtualLightPasses {
         };
         let mut gather = vec![LightCulling::feature(&settings.culling)];
         gather.extend(shadows.map(|_| SHADOWED));
-        let structure = technique.images.structure(settings);
+        let [structure, of_shadows] =
+            [technique.images, technique.shadow_images].map(|images| images.structure(settings));
         let shadow = |tracer: Tracer| {
-            let kernel = kernel("shadow", &tracer.features(&structure, false))?;
-            Ok::<_, RenderError>(TracePass::new(tracer, &structure, kernel))
+            let kernel = kernel("shadow", &tracer.features(&of_shadows, false))?;
+            Ok::<_, RenderError>(TracePass::new(tracer, &of_shadows, kernel))
         };
         Ok(Self {
             settings: technique,

@@ -39,7 +39,7 @@ pub struct VirtualLights {
     pub axis: RangeAxis,
     /// Tracer of these rays.
     pub range_tracer: Tracer,
-    /// The deep images that they and shadow rays are traced through.
+    /// The deep images that they are traced through, if their tracer needs some.
     pub images: PaperImages,
     /// Range below which a light is dropped, as a fraction of the scene's radius, > 0. Larger: fewer lights, darker corners.
     pub least_range: f32,
@@ -64,6 +64,8 @@ pub struct VirtualLights {
     pub weight_count: u32,
     /// Tracer of shadow rays to virtual lights.
     pub shadows: Shadows,
+    /// The deep images that shadow rays are traced through, if their tracer needs some.
+    pub shadow_images: PaperImages,
     /// Rays per pixel to virtual lights, 1 to 256. More: less noise, slower.
     pub shadow_rays: u32,
     /// Resolution of indirect light.
@@ -87,6 +89,7 @@ impl Default for VirtualLights {
             axis: RangeAxis::Normal,
             range_tracer: crate::deep_images::WITHIN_TEXEL,
             images: PaperImages::Shared,
+            shadow_images: PaperImages::Shared,
             least_range: 0.005,
             most_range: 0.5,
             large_kept: 100,
@@ -173,8 +176,16 @@ impl Technique for VirtualLights {
             "vpl-images",
             "NAME",
             Range::Names,
-            "Deep images for the rays of virtual lights",
+            "Deep images for the rays that measure ranges",
             |s: &mut Self| &mut s.images,
+        )
+        .with_default(),
+        Parameter::new(
+            "vpl-shadow-images",
+            "NAME",
+            Range::Names,
+            "Deep images for shadow rays to virtual lights",
+            |s: &mut Self| &mut s.shadow_images,
         )
         .with_default(),
         Parameter::new(
@@ -295,8 +306,13 @@ impl IndirectTechnique for VirtualLights {
         self.traces_ranges().then_some(self.range_tracer).into_iter().chain(shadows).collect()
     }
 
-    fn structure(&self, settings: &Settings) -> Structure {
-        self.images.structure(settings)
+    fn structures(&self, settings: &Settings) -> Vec<Structure> {
+        let ranges = self.traces_ranges().then(|| self.range_tracer.structure(&self.images.structure(settings)));
+        let shadows = match self.shadows {
+            Shadows::Traced(tracer) => Some(tracer.structure(&self.shadow_images.structure(settings))),
+            Shadows::Auto | Shadows::None => None,
+        };
+        ranges.into_iter().chain(shadows).collect()
     }
 
     fn sees_environment(&self) -> bool {
