@@ -14,7 +14,7 @@ named_enum! {
     PaperImages {
         /// Those of the settings, which all techniques share.
         #[default]
-        Shared = "shared": "Those of the `deep-` settings, shared",
+        Shared = "shared": "Those of the settings, which all techniques share",
         /// [`DeepImageSettings::NIESSNER`].
         Niessner = "niessner": "Their own: 150 directions of a cube in 75 images, 128² texels",
         /// [`DeepImageSettings::AALUND`].
