@@ -100,6 +100,7 @@ const NIESSNER: &[Row] = &[
 ];
 
 const AALUND: &[Row] = &[
+    ("culling", "clustered", "ours: pixels find the photons that they gather; the light is the same"),
     ("shadows", "auto", EXACT),
     ("occlusion", "deep", "§3.3"),
     ("occlusion-plain", "on", "§3.3, eq. 1 to 3"),

@@ -71,6 +71,9 @@ pub struct PapersArgs {
     /// Samples per pixel of the path tracer. Four times as many: half the noise.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     pub spp: u64,
+    /// Keeps the ground truth that is in the folder, if it is of the same scene and settings, and adds samples that it lacks.
+    #[arg(long)]
+    pub resume: bool,
     /// The flags of `render` that apply here.
     #[command(flatten)]
     pub shared: SheetArgs,
@@ -153,7 +156,8 @@ pub fn run(args: &PapersArgs, said: &ArgMatches, trust: TrustArgs) -> Result<(),
     let reference = folder.join("path-tracer.exr");
     progress.step("reference", "Tracing the ground truth", || {
         let spp = format!("--spp={}", args.spp);
-        flags.run(args, &["reference"], &flags.shared, &[spp.into(), "-o".into(), reference.clone().into()])
+        let words: &[&str] = if args.resume { &["reference", "--resume"] } else { &["reference"] };
+        flags.run(args, words, &flags.shared, &[spp.into(), "-o".into(), reference.clone().into()])
     })?;
     let truth = read_exr(&reference).map_err(failed(&reference))?;
     let ImageLook { exposure, tone_map } = ImageLook::of(&shot.args.settings().image, &truth);
