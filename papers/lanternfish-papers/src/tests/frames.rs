@@ -230,7 +230,7 @@ fn gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback(
     };
     let deep = occlusion(8, bvh()).with_structure(DeepImageSettings {
         resolution: 8,
-        builder: crate::DeepBuilder::SinglePass,
+        store: crate::DeepStore::LinkedList,
         ..Default::default()
     });
     renderer.set(deep).unwrap();
