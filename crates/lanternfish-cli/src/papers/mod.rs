@@ -285,7 +285,13 @@ impl Flags {
     fn run(&self, args: &PapersArgs, first: &[&str], flags: &[OsString], more: &[OsString]) -> Result<(), CliError> {
         let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
         let mut command = process::Command::new(program);
-        command.args(first).args(flags).args(&self.trusted).args(more).args(["--quiet", "--"]).arg(args.scene.spelling());
+        command
+            .args(first)
+            .args(flags)
+            .args(&self.trusted)
+            .args(more)
+            .args(["--quiet", "--"])
+            .arg(args.scene.spelling());
         let output =
             command.output().map_err(|error| CliError::new(format_args!("{}: {error}", first.join(" ")), ""))?;
         if output.status.success() {
