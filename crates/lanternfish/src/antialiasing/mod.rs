@@ -78,7 +78,7 @@ pub(crate) fn jitter(view: &mut View, frames: u32) {
 
 /// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
 fn jitter_of(view: &View, frames: u32) -> Vec2 {
-    let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(1 + (frames - 1) % POINTS) };
+    let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(2 + (frames - 1) % POINTS) };
     view.jitter_extent() * point
 }
 

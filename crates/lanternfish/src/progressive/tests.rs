@@ -1,3 +1,5 @@
+mod sharpness;
+
 use std::f32::consts::FRAC_PI_6;
 
 use glam::{Mat3, Vec2, Vec3};

@@ -49,6 +49,11 @@ gpu_struct! {
     }
 }
 
+/// Variance of a trilinear filter over that of a box of its width: 3 if a mip level has just that width, less if the texture is magnified.
+const FILTER_VARIANCE: f32 = 2.5;
+/// [`View::texture_width`] of a mean's second frame, whose points are those of the first: both together are as sharp as a box.
+const SECOND_WIDTH: f32 = 0.62;
+
 /// [`View::vertex_grid`] of graphics cards. The renderer replaces it by the adapter's.
 const USUAL_VERTEX_GRID: f32 = 1.0 / 256.0;
 
@@ -90,12 +95,16 @@ impl View {
         }
     }
 
-    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`], which is zero for frame 0. With several samples
-    /// per pixel by half of it, since each sample stands for a part of the pixel.
+    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`]. With several samples per pixel by half of it,
+    /// since each sample stands for a part of the pixel.
     pub fn of_frame(&self, frame_index: u32) -> Self {
-        // The variance of a texture filter's area and that of the points of the frames so far add up to that of a pixel.
+        // The variance of a texture filter and that of the points of the frames so far add up to that of a pixel.
         let spread = self.jitter_extent() * self.jitter_extent() * (1.0 - 1.0 / (frame_index as f32 + 1.0));
-        let texture_width = (1.0 - spread).sqrt();
+        let texture_width = match frame_index {
+            0 => 1.0,
+            1 => SECOND_WIDTH,
+            _ => ((1.0 - spread) / FILTER_VARIANCE).sqrt(),
+        };
         let indices = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
         let mut view = Self { texture_width, ..indices };
         view.shift(self.jitter_extent() * jitter_of_frame(frame_index));
