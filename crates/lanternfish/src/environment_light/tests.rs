@@ -72,3 +72,33 @@ fn gpu_rougher_levels_blur_and_keep_the_energy(gpu: &Gpu) {
     let actual = mirrored(gpu, &half_white(), &[at(0.2), at(0.5), at(1.0)]).iter().map(|f| f.x).collect::<Vec<_>>();
     assert!(actual[0] > 0.97 && (0.8..0.95).contains(&actual[1]) && (0.6..0.8).contains(&actual[2]), "{actual:?}");
 }
+
+/// Light from a sun is the same at every roughness, wherever the sun is on the cube's faces.
+#[gpu_test]
+fn gpu_a_small_sun_keeps_its_flux_at_every_roughness(gpu: &Gpu) {
+    // Directions that represent equal solid angles.
+    let spiral = |i: usize, count: usize| {
+        let height = 1.0 - (2.0 * i as f32 + 1.0) / count as f32;
+        let angle = TAU * (i as f32 * 0.618_034).fract();
+        let radius = (1.0 - height * height).sqrt();
+        Vec3::new(radius * angle.cos(), height, radius * angle.sin())
+    };
+    for (place, sun) in [
+        ("centre of a face", Vec3::Y),
+        ("75 degrees high", Vec3::new(0.2, 0.97, 0.1)),
+        ("edge", Vec3::new(0.0, 1.0, 1.0)),
+        ("corner", Vec3::ONE),
+    ] {
+        let sun = sun.normalize();
+        let environment = image(512, 256, 0.0, |d| if d.dot(sun) > 0.998 { Vec3::splat(1000.0) } else { Vec3::ZERO });
+        let expected = (0..1 << 18).map(|i| environment.radiance(spiral(i, 1 << 18)).x).sum::<f32>() / (1 << 18) as f32;
+        let flux = [0.2, 0.4, 0.6, 1.0].map(|roughness: f32| {
+            let queries: Vec<Vec4> = (0..8192).map(|i| spiral(i, 8192).extend(roughness)).collect();
+            let actual = mirrored(gpu, &environment, &queries);
+            actual.iter().map(|radiance| radiance.x).sum::<f32>() / queries.len() as f32 / expected
+        });
+        println!("{place}: {flux:.3?}");
+        // Means of four texels by equal weights gave 0.93, 0.81, 0.68 and 0.53 at the centre of a face.
+        assert!(flux.iter().all(|part| (part - 1.0).abs() < 0.06), "{place}: {flux:?}");
+    }
+}
