@@ -1,6 +1,7 @@
 mod bands;
 mod cached;
 mod coats;
+mod contacts;
 mod counts;
 mod emission;
 mod from_behind;

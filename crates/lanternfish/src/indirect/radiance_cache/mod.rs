@@ -265,6 +265,9 @@ impl RadianceCache {
     /// Capacity of an entry's hit list.
     pub const LISTED: u32 = table::HITS;
 
+    /// Samples of an entry in a frame of a mean that is not the first one, at most. An even number, for [`first_updates`].
+    pub const MEAN_SAMPLES: u32 = 4;
+
     /// Longest history of an entry, samples: later samples all have the same weight.
     pub const MOST_SAMPLES: u32 = MOST as u32;
 
@@ -369,7 +372,14 @@ impl RadianceCache {
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
             most_fraction: if is_in_reset { 1 } else { FRACTION },
-            fewest: if is_new { self.first_samples } else { FEWEST },
+            fewest: match (is_new, change) {
+                (true, _) => self.first_samples,
+                // A mean goes on sampling: what few samples found would remain in it.
+                (false, Change::Long) => {
+                    (Self::MEAN_SAMPLES * view.frame_index + self.first_samples).clamp(FEWEST, MOST as u32)
+                }
+                _ => FEWEST,
+            },
             most: MOST,
             kept: KEPT,
             blur: self.blur,

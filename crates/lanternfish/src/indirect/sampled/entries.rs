@@ -254,7 +254,8 @@ impl FrameEntries<'_> {
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`: bindings of the sample index, the sums and
     /// the counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
-        self.cache.update(frame, view, self.of_frame, u32::MAX);
+        let most = if self.is_first() { u32::MAX } else { RadianceCache::MEAN_SAMPLES };
+        self.cache.update(frame, view, self.of_frame, most);
         self.cache.propagate(frame, self.of_frame);
         let entries = self.of_frame.bindings();
         let gathering =

@@ -112,7 +112,8 @@ fn gpu_first_frames_have_more_rays(gpu: &Gpu) {
     }
 }
 
-/// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter.
+/// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter. Entries that
+/// rays hit again and again get four, up to 128 in all: a few are left after 64 frames.
 #[gpu_test]
 fn gpu_entries_with_long_history_get_fewer_samples(gpu: &Gpu) {
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
@@ -128,7 +129,7 @@ fn gpu_entries_with_long_history_get_fewer_samples(gpu: &Gpu) {
         count("radiance_cache/samples") / count("radiance_cache/entries")
     };
     // After the first frame's 2 to 16 samples, all have 24 after 22 to 8 frames, and 32 after 16 more.
-    for (frames, fraction) in [(4, 1.0), (30, 0.5), (64, 0.25)] {
+    for (frames, fraction) in [(4, 1.0), (30, 0.5), (64, 0.3)] {
         let samples = sampled_at_last(frames);
         println!("frame {frames}: {samples} samples per entry");
         assert!((samples / fraction - 1.0).abs() < 0.3, "frame {frames}: {samples} samples per entry");
