@@ -21,7 +21,7 @@ use lanternfish_papers::{DeepImageSettings, Paper};
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{
-    light::LightArgs,
+    light::{EnvironmentSun, LightArgs},
     part::PartArgs,
     settings::{IndirectArgs, LookArgs, TechniqueArgs},
     track::TrackArgs,

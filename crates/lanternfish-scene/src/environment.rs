@@ -1,6 +1,7 @@
 //! Environment map: radiance from infinitely far away, as an equirectangular image.
 
 mod read;
+mod sun;
 
 #[cfg(test)]
 mod tests;

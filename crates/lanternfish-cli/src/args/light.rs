@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::Vec3;
 use lanternfish_scene::{Light, rig::LightRig};
 
@@ -11,6 +11,15 @@ use crate::{
     choices::choice,
     parse::{self, LightSet},
 };
+
+/// What the sun of an environment image is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EnvironmentSun {
+    /// A directional light: sharp shadows in every frame.
+    Light,
+    /// A part of the image.
+    Image,
+}
 
 /// Flags of lights and environment.
 #[derive(Debug, Args)]
@@ -54,6 +63,12 @@ pub struct LightArgs {
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     #[arg(hide_short_help = true)]
     pub environment_scale: f32,
+    /// What the sun of the --environment is: a directional light (default), or a part of the image.
+    ///
+    /// A sun is a small area that sends more than a twentieth of all light. As a light it casts sharp shadows; the image shows
+    /// the sky around it in its place. As a part of the image it needs many frames, since few rays see it blurred.
+    #[arg(long, value_name = "AS", hide_short_help = true)]
+    pub environment_sun: Option<EnvironmentSun>,
     /// A constant background, linear radiance (nits).
     ///
     /// It is visible, and it lights the scene with --indirect sampled or --occlusion.

@@ -8,7 +8,7 @@ use lanternfish_scene::{
 };
 
 use crate::{
-    args::{LightArgs, RenderArgs},
+    args::{EnvironmentSun, LightArgs, RenderArgs},
     error::CliError,
     motion::Motion,
     parse::LightSet,
@@ -33,7 +33,11 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<O
         scene.sky = sky;
     }
     if let Some(path) = &flags.environment {
-        scene.environment = Some(environment(path, flags.environment_rotation, flags.environment_scale)?);
+        let mut environment = environment(path, flags.environment_rotation, flags.environment_scale)?;
+        if flags.environment_sun != Some(EnvironmentSun::Image) {
+            scene.lights.extend(environment.take_sun());
+        }
+        scene.environment = Some(environment);
     }
     Ok(rain)
 }
