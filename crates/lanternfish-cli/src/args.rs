@@ -3,6 +3,7 @@
 mod light;
 pub(crate) mod part;
 mod settings;
+mod shared;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -24,6 +25,7 @@ pub use self::{
     light::{EnvironmentSun, LightArgs},
     part::PartArgs,
     settings::{IndirectArgs, LookArgs, TechniqueArgs},
+    shared::{Selection, SharedFlags},
     track::TrackArgs,
 };
 use crate::{

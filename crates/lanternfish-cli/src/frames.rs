@@ -1,10 +1,10 @@
 //! `lanternfish frames`: lists the complete, broken and missing frames of a sequence.
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args};
 use rayon::prelude::*;
 
 use crate::{
-    args::{RenderArgs, demos},
+    args::{Selection, SharedFlags, demos},
     error::CliError,
     output::{self, Output},
     parse::{self, Span},
@@ -31,35 +31,19 @@ pub struct FramesArgs {
     #[arg(value_name = "A-B", value_parser = parse::span)]
     pub wanted: Span<u32>,
     #[command(flatten)]
-    pub shared: ImageArgs,
+    pub shared: SharedFlags<ImageArgs>,
 }
 
-/// The flags of `render` that set an image's file and size. The shot parses their values again.
+/// The flags of `render` that set an image's file and size.
 #[derive(Debug)]
 pub struct ImageArgs;
 
 /// The ids of these flags.
 const SHARED: [&str; 5] = ["output", "size", "stereo", "stereo_layout", "debug_view"];
 
-impl Args for ImageArgs {
-    fn augment_args(command: Command) -> Command {
-        let render = RenderArgs::augment_args(Command::new("render"));
-        let is_shared = |flag: &&Arg| SHARED.contains(&flag.get_id().as_str());
-        command.args(render.get_arguments().filter(is_shared).cloned())
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for ImageArgs {
-    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
-        Ok(())
+impl Selection for ImageArgs {
+    fn flag(flag: &Arg) -> Option<Arg> {
+        SHARED.contains(&flag.get_id().as_str()).then(|| flag.clone())
     }
 }
 

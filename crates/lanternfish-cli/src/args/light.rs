@@ -63,10 +63,11 @@ pub struct LightArgs {
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     #[arg(hide_short_help = true)]
     pub environment_scale: f32,
-    /// What the sun of the --environment is: a directional light (default), or a part of the image.
+    /// What the sun of the --environment is: a directional light, or a part of the image.
     ///
     /// A sun is a small area that sends more than a twentieth of all light. As a light it casts sharp shadows; the image shows
-    /// the sky around it in its place. As a part of the image it needs many frames, since few rays see it blurred.
+    /// the sky around it in its place. As a part of the image it needs many frames, since few rays see it blurred. Default:
+    /// light; of `reference`, whose rays find it, image.
     #[arg(long, value_name = "AS", hide_short_help = true)]
     pub environment_sun: Option<EnvironmentSun>,
     /// A constant background, linear radiance (nits).

@@ -13,7 +13,7 @@ use std::{
     process,
 };
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args};
 use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, read_exr, write_png};
 use lanternfish_papers::Paper;
@@ -21,7 +21,7 @@ use lanternfish_scene::Named as _;
 use serde::Deserialize;
 
 use crate::{
-    args::{RenderArgs, TrustArgs, demos},
+    args::{Selection, SharedFlags, TrustArgs, demos},
     error::CliError,
     images::{energy_of, shown},
     output,
@@ -76,31 +76,16 @@ pub struct PapersArgs {
     pub resume: bool,
     /// The flags of `render` that apply here.
     #[command(flatten)]
-    pub shared: SheetArgs,
+    pub shared: SharedFlags<SheetArgs>,
 }
 
 /// The flags of `render` that define an image and its scene. The processes of the images parse their values again.
 #[derive(Debug)]
 pub struct SheetArgs;
 
-impl Args for SheetArgs {
-    fn augment_args(command: Command) -> Command {
-        let render = RenderArgs::augment_args(Command::new("render"));
-        command.args(render.get_arguments().filter(|flag| !OTHERS.contains(&flag.get_id().as_str())).cloned())
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for SheetArgs {
-    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
-        Ok(())
+impl Selection for SheetArgs {
+    fn flag(flag: &Arg) -> Option<Arg> {
+        (!OTHERS.contains(&flag.get_id().as_str())).then(|| flag.clone())
     }
 }
 

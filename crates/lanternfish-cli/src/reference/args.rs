@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
+use clap::{Arg, Args, Command, ValueEnum};
 use lanternfish_reference::{
     Settings,
     settings::{Integrator, LightChoice, LightPaths, UNLIMITED},
 };
 
 use crate::{
-    args::{RenderArgs, demos},
+    args::{RenderArgs, Selection, SharedFlags, demos},
     choices::choice,
     error::CliError,
     parse::{self, Span},
@@ -57,7 +57,7 @@ pub struct ReferenceArgs {
     #[command(flatten, next_help_heading = "Light transport")]
     pub transport: TransportArgs,
     #[command(flatten)]
-    pub shared: SharedArgs,
+    pub shared: SharedFlags<SharedArgs>,
     #[command(flatten, next_help_heading = "Run")]
     pub run: RunArgs,
 }
@@ -166,42 +166,24 @@ fn is_shared(flag: &Arg) -> bool {
             || MORE.contains(&flag.get_id().as_str()))
 }
 
-impl Args for SharedArgs {
-    fn augment_args(mut command: Command) -> Command {
-        let render = RenderArgs::augment_args(Command::new("render"));
-        for flag in render.get_arguments().filter(|flag| is_shared(flag)) {
-            let flag = flag.clone();
-            command = command.arg(match flag.get_id().as_str() {
-                "seed" => flag
-                    .long("rain-seed")
-                    .help("Seed of --lights rain: --seed of `render`")
-                    .long_help(None)
-                    .help_heading(HEADINGS[1]),
-                // Path tracing includes all light.
-                "sky" | "environment" => {
-                    let help = flag.get_long_help().map(ToString::to_string).unwrap_or_default();
-                    let help =
-                        help.replace("lights the scene with --indirect sampled or --occlusion", "lights the scene");
-                    flag.long_help(help)
-                }
-                _ => flag,
-            });
-        }
-        command
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for SharedArgs {
-    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
-        Ok(())
+impl Selection for SharedArgs {
+    fn flag(flag: &Arg) -> Option<Arg> {
+        let shared = is_shared(flag).then(|| flag.clone())?;
+        Some(match flag.get_id().as_str() {
+            "seed" => shared
+                .long("rain-seed")
+                .help("Seed of --lights rain: --seed of `render`")
+                .long_help(None)
+                .help_heading(HEADINGS[1]),
+            // Path tracing includes all light.
+            "sky" | "environment" => {
+                let help = shared.get_long_help().map(ToString::to_string).unwrap_or_default();
+                shared.long_help(
+                    help.replace("lights the scene with --indirect sampled or --occlusion", "lights the scene"),
+                )
+            }
+            _ => shared,
+        })
     }
 }
 

@@ -31,7 +31,7 @@ use self::{
     trace::Goal,
 };
 use crate::{
-    args::RenderArgs,
+    args::{EnvironmentSun, RenderArgs},
     camera,
     error::{CliError, check_image_memory, say},
     light_rig::Lighting,
@@ -51,6 +51,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     if let Some(Frames::Span(_)) = frames {
         shot.args.track.time = Some(0.0);
     }
+    // The rays of a path tracer find a sun in the image.
+    shot.args.lights.environment_sun.get_or_insert(EnvironmentSun::Image);
     let frame = shot.first();
     let (flags, size) = (&shot.args, shot.args.output.size);
     let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;

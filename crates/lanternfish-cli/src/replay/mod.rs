@@ -21,13 +21,13 @@ use std::{
     process::ExitCode,
 };
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args};
 use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::Camera;
 
 use self::{measure::Player, plan::Plan, report::Report};
 use crate::{
-    args::{RenderArgs, demos},
+    args::{Selection, SharedFlags, demos},
     error::{self, CliError},
     output,
     parse::Frames,
@@ -80,7 +80,7 @@ pub(crate) struct ReplayArgs {
     pub matters: f64,
     /// The flags of `render` that apply here.
     #[command(flatten)]
-    pub shared: SimulationArgs,
+    pub shared: SharedFlags<SimulationArgs>,
 }
 
 fn percent(text: &str) -> Result<f64, String> {
@@ -88,7 +88,7 @@ fn percent(text: &str) -> Result<f64, String> {
     number.filter(|x| (0.0..=1000.0).contains(x)).ok_or_else(|| "expected 0 to 1000 percent".to_owned())
 }
 
-/// The flags of `render` that define the simulation and its rendering. The shot parses their values again.
+/// The flags of `render` that define the simulation and its rendering.
 #[derive(Debug)]
 pub(crate) struct SimulationArgs;
 
@@ -96,25 +96,9 @@ pub(crate) struct SimulationArgs;
 const OTHERS: [&str; 9] =
     ["scene", "output", "open", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
 
-impl Args for SimulationArgs {
-    fn augment_args(command: Command) -> Command {
-        let render = RenderArgs::augment_args(Command::new("render"));
-        let is_shared = |flag: &&Arg| !OTHERS.contains(&flag.get_id().as_str());
-        command.args(render.get_arguments().filter(is_shared).cloned())
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for SimulationArgs {
-    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
-        Ok(Self)
-    }
-
-    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
-        Ok(())
+impl Selection for SimulationArgs {
+    fn flag(flag: &Arg) -> Option<Arg> {
+        (!OTHERS.contains(&flag.get_id().as_str())).then(|| flag.clone())
     }
 }
 
