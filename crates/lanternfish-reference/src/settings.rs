@@ -24,8 +24,11 @@ pub struct Settings {
     /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
     /// Radius of point and spot lights, m, at least 0; 0 means points. With a radius, a light is a disk around its centre that faces the
-    /// surface. Each point of it has the irradiance of the centre. Directional lights have no radius.
+    /// surface. Each point of it has the irradiance of the centre.
     pub light_radius: f32,
+    /// Angular diameter of directional lights, degrees, 0 to 90; 0 means a single direction. With a diameter, such a light is a disk at
+    /// distance 1 that faces the surface, sampled uniformly; as seen along its centre, it has the light's irradiance.
+    pub sun_diameter: f32,
     /// Selection of a light for light sampling. It does not affect the mean.
     pub light_choice: LightChoice,
     /// Light paths from point and spot lights, if [`Settings::light_radius`] is 0. They do not affect the mean.
@@ -48,6 +51,7 @@ impl Default for Settings {
             attenuation_coefficients: Coefficients::default(),
             range_threshold: 0.02,
             light_radius: 0.0,
+            sun_diameter: 0.0,
             light_choice: LightChoice::Tree,
             light_paths: LightPaths::On,
             seed: 0,

@@ -65,6 +65,9 @@ impl<'a> Tracer<'a> {
         if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
             return Err(refused("light radius", settings.light_radius.to_string(), "it must be 0 or above"));
         }
+        if !(0.0..=90.0).contains(&settings.sun_diameter) {
+            return Err(refused("sun diameter", settings.sun_diameter.to_string(), "it must be 0 to 90 degrees"));
+        }
         if let Integrator::Obscurance { max_distance } = settings.integrator
             && !(max_distance > 0.0 && max_distance.is_finite())
         {

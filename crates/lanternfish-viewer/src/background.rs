@@ -37,7 +37,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Creates a subject with the settings that define materials, attenuation and light radius. The path tracer computes full light transport, including
+    /// Creates a subject with the settings that define materials, attenuation and size of lights. The path tracer computes full light transport, including
     /// what the render settings leave out.
     pub fn new(scene: &Arc<Scene>, settings: &Settings) -> Self {
         let transport = Transport {
@@ -47,6 +47,7 @@ impl Subject {
             attenuation_coefficients: settings.lights.coefficients,
             range_threshold: settings.lights.range_threshold,
             light_radius: settings.lights.radius,
+            sun_diameter: settings.lights.sun_diameter,
             ..Transport::default()
         };
         Self { scene: Arc::clone(scene), transport }

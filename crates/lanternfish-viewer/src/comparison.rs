@@ -326,7 +326,8 @@ impl Comparison {
 /// True if the path tracer's image is the same under both settings.
 fn lit_alike(a: &Settings, b: &Settings) -> bool {
     let of = |settings: &Settings| {
-        (settings.materials.model, settings.lights.falloff(), settings.lights.range_threshold, settings.lights.radius)
+        let lights = &settings.lights;
+        (settings.materials.model, lights.falloff(), lights.range_threshold, lights.radius, lights.sun_diameter)
     };
     of(a) == of(b)
 }

@@ -87,13 +87,19 @@ impl Settings {
 
     /// The settings that determine how lights are stored on the device.
     pub fn light_storage(&self) -> LightStorage {
-        let LightSettings { range_threshold, radius, .. } = self.lights;
-        LightStorage { falloff: self.lights.falloff(), range_threshold, radius, shadow_rays: self.shadows.rays }
+        let LightSettings { range_threshold, radius, sun_diameter, .. } = self.lights;
+        LightStorage {
+            falloff: self.lights.falloff(),
+            range_threshold,
+            radius,
+            sun_radius: (0.5 * sun_diameter).to_radians().tan(),
+            shadow_rays: self.shadows.rays,
+        }
     }
 
-    /// True if point and spot lights have a radius.
+    /// True if point and spot lights have a radius, or directional lights a diameter.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
-        self.lights.radius > 0.0
+        self.lights.radius > 0.0 || self.lights.sun_diameter > 0.0
     }
 
     /// True if anything may be accumulated over frames; then motion vectors are written. Whether lights have an area is known only with the

@@ -207,6 +207,7 @@ impl GroundTruth {
             attenuation: shot.lights.attenuation,
             range_threshold: shot.lights.range_threshold,
             light_radius: if self == Self::DirectSoft { SOFT_RADIUS } else { shot.lights.radius },
+            sun_diameter: shot.lights.sun_diameter,
             ..TracerSettings::default()
         }
     }

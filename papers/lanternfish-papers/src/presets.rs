@@ -40,13 +40,14 @@ const NONE: &str = "the paper has none";
 const EXACT: &str = "exact rays, for the shadow map or the rasterised light that stand apart from the method";
 
 /// Every stage, with the values of a paper that does not speak of it.
-const STAGES: [Row; 12] = [
+const STAGES: [Row; 13] = [
     ("direct", "all", "every light that is listed"),
     ("culling", "all", "lights are not culled"),
     ("shadows", "none", NONE),
     ("ray-culling", "surface", "not stated; the image is the same with none"),
     ("ray-range-culling", "on", "not stated; the image is the same without"),
     ("light-radius", "0", NONE),
+    ("sun-diameter", "0", NONE),
     ("indirect", "none", NONE),
     ("occlusion", "none", NONE),
     ("history", "off", NONE),

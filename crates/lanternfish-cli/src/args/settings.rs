@@ -13,7 +13,14 @@ const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
 
 /// Names of settings, and of kinds of technique, which stand for all flags of the kind: by table, in the order of help.
 const TABLES: [&[&str]; 4] = [
-    &["attenuation", "attenuation-near-radius", "attenuation-coefficients", "range-threshold", "light-radius"],
+    &[
+        "attenuation",
+        "attenuation-near-radius",
+        "attenuation-coefficients",
+        "range-threshold",
+        "light-radius",
+        "sun-diameter",
+    ],
     &["materials", "exposure", "tone-map", "anisotropy", "debug-view"],
     &[
         "direct",

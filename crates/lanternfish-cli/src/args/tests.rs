@@ -58,7 +58,7 @@ fn every_flag_reaches_its_setting() {
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
                  --deep-search linear_steps --deep-store linked_list --deep-test off --deep-tolerance 1.5 --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
-                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
+                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --sun-diameter 0.53 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings::default()
         .with_direct(SampledLights { rays: LightRays::Two, choice: LightChoice::Uniform, denoise: Denoise::Off })
@@ -93,6 +93,7 @@ fn every_flag_reaches_its_setting() {
         })
         .with_accumulate(5)
         .with_light_radius(0.2)
+        .with_sun_diameter(0.53)
         .with_shadow_rays(7)
         .with_history(History::On)
         .with_antialiasing(Antialiasing::Temporal)

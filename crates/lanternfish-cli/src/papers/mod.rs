@@ -236,7 +236,9 @@ impl Flags {
         let (settings, given) = (shot.args.settings(), shot.names());
         let value = |name: &str| format!("--{name}={}", settings.get(name).unwrap_or_default());
         // What a shot says of lights and materials stays, whatever a paper has.
-        let of_scene = ["light-radius", "materials"].into_iter().filter(|name| given.iter().any(|other| other == name));
+        let of_scene = ["light-radius", "sun-diameter", "materials"]
+            .into_iter()
+            .filter(|name| given.iter().any(|other| other == name));
         let mut all: Vec<OsString> = of_scene.map(|name| value(name).into()).collect();
         all.extend(shot::words(said));
         let known = shared_flags();

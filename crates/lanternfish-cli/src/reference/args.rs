@@ -230,6 +230,7 @@ impl ReferenceArgs {
             attenuation_coefficients: rendered.lights.coefficients,
             range_threshold: rendered.lights.range_threshold,
             light_radius: rendered.lights.radius,
+            sun_diameter: rendered.lights.sun_diameter,
             light_choice: transport.light_choice,
             light_paths: transport.light_paths,
             seed,

@@ -68,7 +68,9 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
     let Camera { name: _, world_from_camera, projection } = camera;
     hash.text(&(world_from_camera, projection));
     hash.text(&size);
-    hash.text(&Settings { seed: 0, ..settings.clone() });
+    // Without a diameter of 0, which settings of earlier references do not have.
+    let settings = format!("{:?}", Settings { seed: 0, ..settings.clone() }).replace(" sun_diameter: 0.0,", "");
+    hash.text(&format_args!("{settings}"));
     format!("{:016x}", hash.0)
 }
 
@@ -137,6 +139,7 @@ mod tests {
             of_cornell(|_, size, _| size.width = 5),
             of_cornell(|_, _, settings| settings.max_depth = 2),
             of_cornell(|_, _, settings| settings.light_radius = 0.1),
+            of_cornell(|_, _, settings| settings.sun_diameter = 0.1),
             of_cornell(|_, _, settings| settings.integrator = Integrator::Occlusion),
         ];
         for (i, other) in others.iter().enumerate() {

@@ -233,6 +233,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
         ("lanternfish.attenuation-coefficients", settings.attenuation_coefficients.to_string()),
         ("lanternfish.range-threshold", settings.range_threshold.to_string()),
         ("lanternfish.light-radius", settings.light_radius.to_string()),
+        ("lanternfish.sun-diameter", settings.sun_diameter.to_string()),
         ("lanternfish.light-choice", settings.light_choice.to_string()),
         ("lanternfish.light-paths", settings.light_paths.to_string()),
     ];

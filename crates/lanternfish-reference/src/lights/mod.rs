@@ -60,6 +60,8 @@ pub(crate) struct Lights {
     falloff: Falloff,
     range_threshold: f32,
     light_radius: f32,
+    /// Tangent of the angular radius of directional lights.
+    sun_radius: f64,
     materials: Materials,
 }
 
@@ -78,6 +80,7 @@ impl Lights {
             falloff: settings.falloff(),
             range_threshold: settings.range_threshold,
             light_radius: settings.light_radius,
+            sun_radius: (0.5 * f64::from(settings.sun_diameter)).to_radians().tan(),
             materials: settings.materials,
         };
         // Infinite emitters first, then bounded ones.
@@ -128,15 +131,15 @@ impl Lights {
             Emitter::Punctual(index) => {
                 let light = &world.scene.lights[index as usize];
                 let (falloff, range_threshold) = (self.falloff, self.range_threshold);
-                let (incidence, (wi, distance)) = if light.area().is_some() {
+                let (incidence, (wi, distance, factor)) = if light.area().is_some() {
                     let place = point_of_area(light, [u[1], u[2]]);
                     let incidence = incidence_from(light, place, p, falloff, range_threshold);
-                    (incidence, (incidence.wi, incidence.distance))
+                    (incidence, (incidence.wi, incidence.distance, 1.0))
                 } else {
                     let incidence = incidence(light, p, falloff, range_threshold);
                     (incidence, self.towards_disk(&incidence, u[1], u[2]))
                 };
-                let weight = incidence.irradiance / chance as f32;
+                let weight = factor * incidence.irradiance / chance as f32;
                 let start = starts.of(index, chance);
                 (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None, start })
             }
@@ -150,17 +153,22 @@ impl Lights {
         }
     }
 
-    /// Samples a point of a light's disk uniformly; the centre if the radius is zero. Returns its direction and distance, m.
-    fn towards_disk(&self, incidence: &Incidence, u: f64, v: f64) -> (DVec3, f32) {
+    /// Samples a point of a light's disk uniformly; the centre if the radius is zero. Returns its direction, its distance, m, and the factor of
+    /// its irradiance. The disk of a directional light is at distance 1. A point at distance d of it is at an angle of cosine 1/d to the centre, and
+    /// has a factor of d: the mean over points, times the cosine at the surface, is that of the centre.
+    fn towards_disk(&self, incidence: &Incidence, u: f64, v: f64) -> (DVec3, f32, f32) {
         let Incidence { wi, distance, .. } = *incidence;
-        if self.light_radius == 0.0 || distance.is_infinite() {
-            return (wi, distance);
+        let is_sun = distance.is_infinite();
+        let radius = if is_sun { self.sun_radius } else { self.light_radius.into() };
+        if radius == 0.0 {
+            return (wi, distance, 1.0);
         }
         let (right, up) = wi.any_orthonormal_pair();
         let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
-        let aside = f64::from(self.light_radius) * u.sqrt();
-        let place = f64::from(distance) * wi + aside * (cos * right + sin * up);
-        (place.normalize(), place.length() as f32)
+        let middle = if is_sun { wi } else { f64::from(distance) * wi };
+        let place = middle + radius * u.sqrt() * (cos * right + sin * up);
+        let reach = place.length() as f32;
+        if is_sun { (place.normalize(), distance, reach) } else { (place.normalize(), reach, 1.0) }
     }
 
     fn sample_triangle(&self, world: &World, triangle: u32, p: Vec3A, chance: f64, u: [f64; 3]) -> Option<Arriving> {

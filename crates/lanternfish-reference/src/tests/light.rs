@@ -72,6 +72,39 @@ fn a_light_with_a_radius_casts_a_soft_shadow() {
 }
 
 #[test]
+fn a_sun_with_a_diameter_casts_a_soft_shadow() {
+    // The sun is overhead, an occluding edge is 1 m above the floor: from `x`, it cuts the sun's disk at distance 1 at -x from its centre.
+    let mut scene = scene_of(
+        vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), quad(0, Vec3::new(-1.0, 0.0, 1.0), Vec3::Y, Vec3::X)],
+        vec![Material { double_sided: true, ..material(Vec3::ONE, 0.0, 1.0) }],
+    );
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    let settings = |sun_diameter| Settings { sun_diameter, max_depth: 2, ..lambert() };
+    let radius = 5f64.to_radians().tan();
+    for x in [-0.1f32, -0.05, -0.02, 0.0, 0.03, 0.07, 0.1] {
+        let mut camera = front(0.5, 1e-5);
+        camera.world_from_camera.translation.x = x;
+        let (actual, error) = mean_and_error(&render(&scene, &camera, 8, 512, settings(10.0)));
+        let expected = |radius: f64| 3.0 / PI * segment(-f64::from(x) / radius);
+        // Five standard errors, and the rounding of positions, 1e-7 m of 0.09 m.
+        let tolerance = 5.0 * error + 1e-5;
+        assert!((actual - expected(radius)).abs() < tolerance, "{x}: {actual} ± {error}, not {}", expected(radius));
+        // The test can fail: at points in the penumbra off the middle, with another diameter.
+        let other = (actual - expected(1.2 * radius)).abs();
+        assert!(x == 0.0 || x.abs() > 0.08 || other > tolerance, "{x}: blind to a radius of {}", 1.2 * radius);
+    }
+    // Unshadowed it has the irradiance of its centre, also at a slant, for every direction of its disk.
+    let mut open = floor();
+    for (direction, cosine) in [(Vec3::NEG_Z, 1.0), (Vec3::new(0.0, 1.0, -1.0), 0.5f64.sqrt())] {
+        open.lights = vec![Light::directional(direction, Vec3::splat(3.0))];
+        for diameter in [0.53, 10.0, 80.0] {
+            let film = render(&open, &front(3.0, 0.0005), 8, 512, settings(diameter));
+            assert_mean(&film, 3.0 * cosine / PI, 1e-5, &format!("{diameter} degrees, cosine {cosine}"));
+        }
+    }
+}
+
+#[test]
 fn an_emissive_quad_has_its_form_factor_with_every_light_choice() {
     // A square lamp of edge 2 m, 1 m above the centre of the floor. Its form factor from the point below its centre is
     // four times that from below a corner, (a / √(1 + a²) atan(b / √(1 + a²)) + b / √(1 + b²) atan(a / √(1 + b²))) / 2π.

@@ -190,6 +190,9 @@ fn invalid_settings_and_scenes_are_refused() {
     assert!(fault(Settings { max_depth: 0, ..Settings::default() }).contains("max depth"));
     assert!(fault(Settings { range_threshold: 0.0, ..Settings::default() }).contains("range threshold"));
     assert!(fault(Settings { light_radius: -0.1, ..Settings::default() }).contains("light radius"));
+    for sun_diameter in [-0.1, 91.0, f32::NAN] {
+        assert!(fault(Settings { sun_diameter, ..Settings::default() }).contains("sun diameter"));
+    }
     let integrator = crate::settings::Integrator::Obscurance { max_distance: f32::NAN };
     assert!(fault(Settings { integrator, ..Settings::default() }).contains("obscurance"));
     let mut unsound = scene.clone();

@@ -53,8 +53,8 @@ gpu_struct! {
         inverse_cos_span: f32,
         /// Spot: tangent of the outer angle, for culling. Rectangle: half its height, m.
         tan_outer: f32,
-        /// Point, spot: radius of the disk around the light's centre that shadow rays sample, m; 0: a point. Disk: its radius. Rectangle:
-        /// half its width.
+        /// Point, spot: radius of the disk around the light's centre that shadow rays sample, m; 0: a point. Directional: that of the disk at
+        /// distance 1, the tangent of the angular radius. Disk: its radius. Rectangle: half its width.
         radius: f32,
     }
 }
@@ -68,6 +68,8 @@ pub struct LightStorage {
     pub range_threshold: f32,
     /// Radius of point and spot lights, m; 0: points.
     pub radius: f32,
+    /// Tangent of the angular radius of directional lights; 0: a single direction.
+    pub sun_radius: f32,
     /// Shadow rays from a pixel to each area light.
     pub shadow_rays: u32,
 }
@@ -83,7 +85,7 @@ impl Light {
         let (kind, [cos_outer, inverse_cos_span, tan_outer], radius) = match light.kind {
             LightKind::Point => (0, every_way, settings.radius),
             LightKind::Spot { inner_angle, outer_angle } => (1, cone(inner_angle, outer_angle), settings.radius),
-            LightKind::Directional => (2, every_way, 0.0),
+            LightKind::Directional => (2, every_way, settings.sun_radius),
             LightKind::Disk { radius } => (3, every_way, radius),
             LightKind::Rectangle { half_width, half_height, right } => {
                 let Vec2 { x, y } = octahedral_from_unit(right);

@@ -25,8 +25,11 @@ pub struct LightSettings {
     /// less lost light and more lights per pixel [Elagabani2025, eq. 4.1].
     pub range_threshold: f32,
     /// Radius of point and spot lights for soft shadows, m. 0 gives hard shadows. Moves the end points of shadow rays only;
-    /// irradiance is that of a point. Directional lights have no radius.
+    /// irradiance is that of a point. Directional lights have a [diameter](Self::sun_diameter) instead.
     pub radius: f32,
+    /// Angular diameter of directional lights for soft shadows, degrees, 0 to 90; the sun's is 0.53. Larger: wider penumbrae. 0 gives hard
+    /// shadows. Moves the end points of shadow rays only; irradiance is that of the centre.
+    pub sun_diameter: f32,
 }
 
 impl Default for LightSettings {
@@ -37,6 +40,7 @@ impl Default for LightSettings {
             coefficients: Coefficients::default(),
             range_threshold: 0.02,
             radius: 0.0,
+            sun_diameter: 0.0,
         }
     }
 }
@@ -152,6 +156,7 @@ setters! {
     with_attenuation_coefficients(Coefficients) => lights.coefficients,
     with_range_threshold(f32) => lights.range_threshold,
     with_light_radius(f32) => lights.radius,
+    with_sun_diameter(f32) => lights.sun_diameter,
     with_shadows(Shadows) => shadows.technique,
     with_shadow_rays(u32) => shadows.rays,
     with_ray_culling(RayCulling) => shadows.ray_culling,

@@ -87,8 +87,8 @@ impl Settings {
             "shadow-rays",
             "N",
             Range::Count(1, 255),
-            "Shadow rays per pixel to each light with a `light-radius`, a `disk` or a `rectangle`. More: less \
-             noise, slower.\n\n\
+            "Shadow rays per pixel to each light with a `light-radius` or `sun-diameter`, a `disk` or a `rectangle`. \
+             More: less noise, slower.\n\n\
              At most 32 to a disk or rectangle; `accumulate` adds to them.",
             |s: &mut Self| &mut s.shadows.rays,
         )
@@ -170,6 +170,15 @@ impl Settings {
         )
         .with_default()
         .everyday()
+        .without_panel(),
+        Parameter::new(
+            "sun-diameter",
+            "DEGREES",
+            Range::Number(0.0, 90.0),
+            "Angular diameter of directional lights, degrees: soft shadows; the sun's is 0.53.\n\n0: hard shadows.",
+            |s: &mut Self| &mut s.lights.sun_diameter,
+        )
+        .with_default()
         .without_panel(),
         Parameter::new(
             "textures",

@@ -421,10 +421,13 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: WORDS, needed: most, limit: u32::MAX.into(), remedy })
 }
 
-/// An error if the lights' radius is negative or not finite, or if a light has no ray or more rays than can be counted.
+/// An error if the lights' radius is negative or not finite, the sun's diameter out of range, or if a light has no ray or more rays than can be counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     if !(settings.lights.radius >= 0.0 && settings.lights.radius.is_finite()) {
         return Err(RenderError::Together { setting: "`light-radius`", needed: "a number of metres, 0 or more" });
+    }
+    if !(0.0..=90.0).contains(&settings.lights.sun_diameter) {
+        return Err(RenderError::Together { setting: "`sun-diameter`", needed: "a number of degrees, 0 to 90" });
     }
     if !(1..1 << SOFT_LIGHT_BITS).contains(&settings.shadows.rays) {
         return Err(RenderError::Together {

@@ -140,6 +140,7 @@ fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
         ("disks and rectangles", cornell(30, disk_or_rectangle), area()),
         ("points with a radius", points(), wide.clone()),
         ("spots with a radius", cornell(30, spot), wide),
+        ("wide suns", cornell(4, sun_or_point), area().with_sun_diameter(20.0)),
         ("with a filter", points(), filtered),
         ("with a filter and a history", points(), with_history),
         ("four samples", points(), four),

@@ -46,8 +46,8 @@ impl SceneRequirements {
             (self.anisotropy != needed.anisotropy, "its samplers are for another value of `anisotropy`"),
             (
                 self.lights != needed.lights,
-                "its lights are for another attenuation or parameters of it, range threshold, light radius or number of \
-                 shadow rays",
+                "its lights are for another attenuation or parameters of it, range threshold, light radius, sun diameter or \
+                 number of shadow rays",
             ),
         ];
         let fault = faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what);

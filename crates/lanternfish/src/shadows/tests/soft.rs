@@ -9,6 +9,7 @@ use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate};
 use crate::{
     RenderError, Renderer, Settings,
     settings::{Attenuation, Samples, Shadows},
+    techniques::{Denoise, SampledLights},
     testing::{quad, scene_of},
 };
 
@@ -80,6 +81,37 @@ fn gpu_penumbra_is_the_visible_fraction_of_the_disk(gpu: &Gpu) {
     assert!(samples.1 < 0.03, "{samples:?}");
 }
 
+/// The same law, and the same figures, as for a point: the disk is at distance 1, as is the sheet.
+#[gpu_test]
+fn gpu_suns_penumbra_is_the_visible_fraction_of_its_disk(gpu: &Gpu) {
+    let (mut scene, camera) = edge();
+    let diameter = 2.0 * RADIUS.atan().to_degrees();
+    let sun = |rays, diameter| soft(rays).with_light_radius(0.0).with_sun_diameter(diameter);
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(8.0))];
+    let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
+    let unshadowed = of(Settings::direct_light().with_shadows(Shadows::None));
+    let [few, many] = [4, 255].map(|rays| off(&of(sun(rays, diameter)), &unshadowed, RADIUS));
+    let converged = off(&of(sun(16, diameter).with_accumulate(32)), &unshadowed, RADIUS);
+    println!("mean and largest error of visibility: 4 rays {few:?}, 255 {many:?}, 32 frames of 16 {converged:?}");
+    // Lines across 255 even points differ by up to two of them.
+    assert!(many.1 < 0.02 && converged.1 < 0.02, "{many:?} {converged:?}");
+    assert!(many.0 < few.0, "{few:?} {many:?}");
+    // The test can fail: with another diameter, and with a hard sun.
+    assert!(off(&of(sun(255, 1.2 * diameter)), &unshadowed, RADIUS).1 > 0.04);
+    assert!(off(&of(sun(255, 0.0)), &unshadowed, RADIUS).1 > 0.4);
+    // With several samples per pixel the rays start in shading; the sums are the same.
+    let samples = off(&of(sun(255, diameter).with_samples(Samples::Four)), &unshadowed, RADIUS);
+    assert!(samples.1 < 0.02, "{samples:?}");
+    // The same for sampled direct light, of one ray to the light in each frame.
+    let sampled = |diameter| {
+        let direct = SampledLights { denoise: Denoise::Off, ..SampledLights::default() };
+        off(&of(sun(1, diameter).with_direct(direct).with_accumulate(256)), &unshadowed, RADIUS)
+    };
+    let [same, other] = [diameter, 1.2 * diameter].map(sampled);
+    println!("sampled: {same:?}, with another diameter {other:?}");
+    assert!(same.1 < 0.02 && other.1 > 0.04, "{same:?} {other:?}");
+}
+
 #[gpu_test]
 fn gpu_lights_without_a_size_cast_the_same_shadows(gpu: &Gpu) {
     let mut scene = generate::demo("cornell").unwrap();
@@ -87,11 +119,15 @@ fn gpu_lights_without_a_size_cast_the_same_shadows(gpu: &Gpu) {
     let of = |scene: &Scene, settings| luminance(gpu, scene, &camera, settings, (48, 40));
     let hard = soft(16).with_light_radius(0.0);
     assert!(of(&scene, hard.clone()) != of(&scene, soft(16)), "the radius changes nothing");
-    // Unused settings change nothing, and neither does the radius of directional lights, which have none.
+    // Unused settings change nothing: rays without a radius, the diameter of suns for points, and the radius of points for suns.
     assert!(of(&scene, hard.clone()) == of(&scene, hard.clone().with_shadow_rays(3)));
+    let wide = |settings: &Settings| settings.clone().with_sun_diameter(5.0);
+    assert!(of(&scene, hard.clone()) == of(&scene, wide(&hard)));
+    assert!(of(&scene, soft(16)) == of(&scene, wide(&soft(16))));
     scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(2.0))];
     scene.lights.push(Light::directional(Vec3::new(-0.5, -1.0, -0.8), Vec3::splat(1.0)));
-    assert!(of(&scene, hard) == of(&scene, soft(16)));
+    assert!(of(&scene, hard.clone()) == of(&scene, soft(16)));
+    assert!(of(&scene, hard.clone()) != of(&scene, wide(&hard)), "the diameter changes nothing");
 }
 
 #[gpu_test]
@@ -145,6 +181,9 @@ fn gpu_numbers_that_make_no_sense_are_refused(gpu: &Gpu) {
     };
     for light_radius in [-0.1, f32::NAN, f32::INFINITY] {
         assert_eq!(refused(Settings::direct_light().with_light_radius(light_radius)), "`light-radius`");
+    }
+    for diameter in [-0.1, 91.0, f32::NAN] {
+        assert_eq!(refused(Settings::direct_light().with_sun_diameter(diameter)), "`sun-diameter`");
     }
     assert_eq!(refused(soft(0)), "`shadow-rays`");
     assert_eq!(refused(soft(256)), "`shadow-rays`");

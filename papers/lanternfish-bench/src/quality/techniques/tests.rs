@@ -184,6 +184,7 @@ fn every_setting_has_rows_or_a_reason() {
         "lights.near-radius",
         "lights.coefficients",
         "lights.range-threshold",
+        "lights.sun-diameter",
         // Change the display of an image, not its rendering.
         "image.exposure",
         "image.tone-map",

@@ -25,6 +25,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("base colour", direct().with_debug_view(Some(DebugView::BaseColor))),
         ("physical", direct().with_attenuation(Attenuation::Physical)),
         ("soft", direct().with_light_radius(0.1)),
+        ("wide suns", direct().with_sun_diameter(0.53)),
         ("textures per material", direct().with_textures(TextureBinding::PerMaterial)),
         ("indirect, bvh", indirect(Tracer::BVH).with_shadows(Shadows::None)),
     ];
