@@ -16,7 +16,7 @@ pub fn jitter_of_frame(frame: u32) -> Vec2 {
     let Some(pair) = (frame / 2).checked_sub(1) else { return Vec2::ZERO };
     let fraction = sobol_point(pair) ^ SCRAMBLE;
     let left = fraction.as_dvec2() / 2f64.powi(32) * DVec2::new(0.5, 1.0) - 0.5;
-    (if frame % 2 == 0 { left } else { -left }).as_vec2()
+    (if frame.is_multiple_of(2) { left } else { -left }).as_vec2()
 }
 
 /// Point `index` of Sobol's (0, 2)-sequence, times 2³².

@@ -1,7 +1,7 @@
 //! Textures of means against the path tracer: a checkered floor and a brick wall at grazing angles.
 
 use glam::{UVec2, Vec2, Vec3};
-use lanternfish_gpu::{Gpu, testing};
+use lanternfish_gpu::testing;
 use lanternfish_reference::{Film, Settings as TracerSettings, Tracer as PathTracer};
 use lanternfish_scene::{Camera, Image, Light, Material, Primitive, Sampler, Scene, Texture, TextureRef};
 
