@@ -254,6 +254,10 @@ impl Flags {
             let radius = Paper::Five.settings().lights.radius;
             shared.push(format!("--light-radius={radius}").into());
         }
+        // The same sun in all images, as wide in the path tracer's as in the others.
+        if !given.iter().any(|name| name == "environment-sun") {
+            shared.push("--environment-sun=light".into());
+        }
         let mut trusted: Vec<OsString> = trust.confine.then(|| "--confine".into()).into_iter().collect();
         trusted.extend(trust.memory_limit.map(|bytes| format!("--memory-limit={bytes}").into()));
         Self { all, shared, trusted }

@@ -27,17 +27,18 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<O
         }
         None => {}
     }
-    scene.lights.extend([&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().cloned());
-    scene.lights.extend(flags.sun.clone());
-    if let Some(sky) = flags.sky {
-        scene.sky = sky;
-    }
+    // Lights of the flags come last: `shot/shown.rs` tells them by that.
     if let Some(path) = &flags.environment {
         let mut environment = environment(path, flags.environment_rotation, flags.environment_scale)?;
         if flags.environment_sun != Some(EnvironmentSun::Image) {
             scene.lights.extend(environment.take_sun());
         }
         scene.environment = Some(environment);
+    }
+    scene.lights.extend([&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().cloned());
+    scene.lights.extend(flags.sun.clone());
+    if let Some(sky) = flags.sky {
+        scene.sky = sky;
     }
     Ok(rain)
 }

@@ -288,7 +288,7 @@ fn note_unused_light(progress: &Progress, scene: &Scene, settings: &Settings) {
     let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
     if misses_sky && !has_occlusion && has_sky {
         progress
-            .note("the environment lights nothing: --indirect virtual-lights ignores it, --occlusion deep includes it");
+            .note("the environment's image lights nothing: --indirect virtual-lights ignores it, --occlusion deep includes it");
     }
     if has_occlusion && !sees_environment && !has_sky {
         progress.note("--occlusion shades the light of the environment, and there is none; try --sky 0.5,0.5,0.5 or --environment FILE");

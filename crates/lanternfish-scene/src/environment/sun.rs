@@ -16,7 +16,8 @@ const LEAST_FRACTION: f64 = 0.05;
 
 impl Environment {
     /// Removes the sun from the image and returns it as a directional light of the same illuminance (lx); `None`, and no change, without one. A
-    /// sun is a small area that sends more than a twentieth of all light. Its pixels get at most the mean radiance around it.
+    /// sun is a small area that sends more than a twentieth of all light. Its pixels get at most the mean radiance around it. The fields' rules must
+    /// hold, as they do after [`Self::load`].
     ///
     /// Few rays see a sun as a wide blur: as a light it casts sharp shadows from the first frame on.
     pub fn take_sun(&mut self) -> Option<Light> {
@@ -36,7 +37,11 @@ impl Environment {
             around += self.pixels[*i].as_dvec3() * solid_angle;
             of_ring += solid_angle;
         }
-        let around = (around / of_ring.max(f64::MIN_POSITIVE)).as_vec3();
+        // Pixels may be wider than the ring.
+        if of_ring == 0.0 {
+            return None;
+        }
+        let around = (around / of_ring).as_vec3();
         let (mut illuminance, mut towards) = (DVec3::ZERO, DVec3::ZERO);
         let disk: Vec<usize> = near.iter().filter(|(_, cosine)| *cosine > RADIUS.cos()).map(|(i, _)| *i).collect();
         for i in &disk {
@@ -107,7 +112,13 @@ mod tests {
     fn an_image_without_a_sun_stays_as_it_is() {
         let towards = Vec3::Y;
         // A bright window is too wide; a dim sun too weak.
-        for mut sky in [sky(towards, 0.4, 100.0), sky(towards, 0.02, 50.0), sky(towards, 0.0, 1.0)] {
+        let coarse = |width, height| {
+            let mut pixels = vec![Vec3::ONE; width * height];
+            pixels[0] = Vec3::splat(100.0);
+            Environment { width, height, pixels, rotation: 0.0 }
+        };
+        let skies = [sky(towards, 0.4, 100.0), sky(towards, 0.02, 50.0), sky(towards, 0.0, 1.0)];
+        for mut sky in skies.into_iter().chain([coarse(1, 1), coarse(2, 1), coarse(32, 16)]) {
             let before = sky.clone();
             assert_eq!(sky.take_sun(), None);
             assert_eq!(sky, before);

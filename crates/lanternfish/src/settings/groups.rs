@@ -89,7 +89,7 @@ pub struct MaterialSettings {
     /// How material textures are bound. The image does not depend on it.
     pub textures: TextureBinding,
     /// Maximum anisotropy of texture filtering, for textures whose filters are all linear. Higher values keep textures at grazing angles
-    /// sharp, and cost more.
+    /// sharp, and cost more. Frames of a mean after the first, and those of temporal antialiasing, take up to 8 samples.
     pub anisotropy: Anisotropy,
 }
 

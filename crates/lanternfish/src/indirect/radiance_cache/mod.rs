@@ -251,6 +251,8 @@ fn first_updates(is_first_view: bool) -> u32 {
 #[cfg(test)]
 #[test]
 fn every_entry_is_scheduled() {
+    // Parts of a mean's frames take as many.
+    const { assert!(RadianceCache::MEAN_SAMPLES == FEWEST) };
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
         for fraction in [2, 4, FRACTION, 128] {
@@ -375,7 +377,7 @@ impl RadianceCache {
             fewest: match (is_new, change) {
                 (true, _) => self.first_samples,
                 // A mean goes on sampling: what few samples found would remain in it.
-                (false, Change::Long) => {
+                (false, Change::Long) if waits && view.frame_index > 0 => {
                     (Self::MEAN_SAMPLES * view.frame_index + self.first_samples).clamp(FEWEST, MOST as u32)
                 }
                 _ => FEWEST,
