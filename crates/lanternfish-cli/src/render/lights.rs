@@ -68,3 +68,38 @@ pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, O
     motion.iter().try_for_each(|motion| motion.at_time(&mut scene, 0.0))?;
     Ok((scene, motion))
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+    use glam::Vec3;
+    use lanternfish_metrics::{RgbImage, write_exr};
+
+    use super::*;
+    use crate::cli::{Cli, Command};
+
+    /// The window's shot counts the lights of flags from the end of the list.
+    #[test]
+    fn the_sun_of_an_environment_precedes_the_lights_of_flags() {
+        lanternfish_papers::register();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sky.exr");
+        let mut pixels = vec![[1.0; 3]; 256 * 128];
+        pixels[20 * 256 + 7] = [60_000.0; 3];
+        write_exr(&path, &RgbImage::new(256, 128, pixels).unwrap()).unwrap();
+        let lights_of = |more: &[&str]| {
+            let words = ["lanternfish", "render", "demo:cornell", "--point", "0,1,0,2", "--environment"];
+            let words = words.into_iter().chain([path.to_str().unwrap()]).chain(more.iter().copied());
+            let Command::Render(args) = Cli::parse_from(words).command else { panic!() };
+            let mut scene = Scene::default();
+            apply_lights(&mut scene, &args.lights, 0).unwrap();
+            (scene.lights.iter().map(|light| light.name.clone()).collect::<Vec<_>>(), scene.environment.unwrap())
+        };
+        let (names, sky) = lights_of(&[]);
+        assert_eq!(names, ["sun of the environment", ""]);
+        assert!(sky.pixels.iter().all(|pixel| *pixel == Vec3::ONE));
+        let (names, sky) = lights_of(&["--environment-sun", "image"]);
+        assert_eq!(names, [""]);
+        assert!(sky.pixels.iter().any(|pixel| pixel.x > 50_000.0));
+    }
+}

@@ -84,8 +84,8 @@ const NEAR_EDGES: f32 = 128.0;
 /// or fourth frame: `schedule.wesl`.
 const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
-/// Least number of samples of an entry of rank 0 in its first frame.
-const FEWEST: u32 = 4;
+/// Least number of samples of an entry of rank 0 in its first frame; most in a later frame.
+pub const FEWEST: u32 = 4;
 /// Longest history of an entry, samples: later samples all have the same weight.
 const MOST: f32 = 128.0;
 /// History length, samples, while the scene keeps changing: an entry is the mean of three or four samples.
@@ -251,8 +251,6 @@ fn first_updates(is_first_view: bool) -> u32 {
 #[cfg(test)]
 #[test]
 fn every_entry_is_scheduled() {
-    // Parts of a mean's frames take as many.
-    const { assert!(RadianceCache::MEAN_SAMPLES == FEWEST) };
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
         for fraction in [2, 4, FRACTION, 128] {
@@ -266,9 +264,6 @@ fn every_entry_is_scheduled() {
 impl RadianceCache {
     /// Capacity of an entry's hit list.
     pub const LISTED: u32 = table::HITS;
-
-    /// Samples of an entry in a frame of a mean that is not the first one, at most. An even number, for [`first_updates`].
-    pub const MEAN_SAMPLES: u32 = 4;
 
     /// Longest history of an entry, samples: later samples all have the same weight.
     pub const MOST_SAMPLES: u32 = MOST as u32;
@@ -378,7 +373,7 @@ impl RadianceCache {
                 (true, _) => self.first_samples,
                 // A mean goes on sampling: what few samples found would remain in it.
                 (false, Change::Long) if waits && view.frame_index > 0 => {
-                    (Self::MEAN_SAMPLES * view.frame_index + self.first_samples).clamp(FEWEST, MOST as u32)
+                    (FEWEST * view.frame_index + self.first_samples).clamp(FEWEST, MOST as u32)
                 }
                 _ => FEWEST,
             },

@@ -15,7 +15,7 @@ use crate::{
     common::workgroups,
     context::ViewContext,
     error::RenderError,
-    indirect::radiance_cache::{CacheOfFrame, RadianceCache},
+    indirect::radiance_cache::{CacheOfFrame, FEWEST, RadianceCache},
 };
 
 /// Largest list of rays' entries, bytes: the sample indices of larger frames are processed in parts.
@@ -254,7 +254,7 @@ impl FrameEntries<'_> {
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`: bindings of the sample index, the sums and
     /// the counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
-        let most = if self.is_first() { u32::MAX } else { RadianceCache::MEAN_SAMPLES };
+        let most = if self.is_first() { u32::MAX } else { FEWEST };
         self.cache.update(frame, view, self.of_frame, most);
         self.cache.propagate(frame, self.of_frame);
         let entries = self.of_frame.bindings();
