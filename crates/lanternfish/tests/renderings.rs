@@ -14,6 +14,8 @@ mod examples;
 mod ground_truth;
 #[path = "renderings/light_lists.rs"]
 mod light_lists;
+#[path = "renderings/moving.rs"]
+mod moving;
 #[path = "renderings/normals.rs"]
 mod normals;
 #[path = "renderings/regressions.rs"]

@@ -45,6 +45,8 @@ const LEAST_WEIGHT: f32 = 0.1;
 const POINTS: u32 = 16;
 /// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more flicker.
 const TEXTURE_WIDTH: f32 = 0.5;
+/// Frames without a change before a change of light that restarts the history. Less: edges in flickering light have steps.
+const UNCHANGED: u32 = 8;
 /// Bytes of a pixel in one of a view's two textures.
 const BYTES_PER_PIXEL: u64 = 8;
 const LABEL: &str = "antialiasing";
@@ -115,13 +117,18 @@ impl TemporalAntialiasing {
         let last = self.views.remove(key);
         // The history of a view that is new or shows another scene is of other surfaces.
         let frames = last.as_ref().filter(|_| motion.before.is_some()).map_or(0, |last| last.frames);
+        // After a single change of light alone, clipping would leave bright edges of the former light.
+        let is_relit = motion.before.is_some_and(|before| {
+            before.since_change == 0 && before.unchanged >= UNCHANGED && !before.has_other_triangles
+        });
+        let counted = if is_relit { 0 } else { frames };
         let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
         let radiances = PingPong::next(last.map(|last| last.radiance), frame, size, (LABEL, bytes), new)?;
-        let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: frames.saturating_add(1) };
+        let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: counted.saturating_add(1) };
         self.views.insert(*key, kept);
         let parameters = frame.uniform(&AntialiasingParameters {
             jitter: jitter_of(view, view.random_index),
-            weight: (1.0 / (frames as f32 + 1.0)).max(LEAST_WEIGHT),
+            weight: (1.0 / (counted as f32 + 1.0)).max(LEAST_WEIGHT),
             has_history: u32::from(frames > 0),
         });
         let bindings = buffer

@@ -68,6 +68,8 @@ struct Shown {
     frames: u32,
     /// Number of those since the scene changed.
     since_change: u32,
+    /// See [`Before::unchanged`].
+    unchanged: u32,
     places: Option<PingPong>,
 }
 
@@ -90,6 +92,10 @@ pub(crate) struct Before {
     pub has_moved: bool,
     /// Number of frames since the scene changed; 0 if this frame is the first after a change.
     pub since_change: u32,
+    /// Number of frames without a change before that change.
+    pub unchanged: u32,
+    /// True if triangles have moved.
+    pub has_other_triangles: bool,
     /// Number of known frames of the view before this frame, at least 1.
     pub frames: u32,
 }
@@ -145,18 +151,33 @@ impl ShownViews {
             None => (view, scene.geometry_now(), None, 0),
             Some((geometry, shown)) => {
                 let has_changed = shown.revision != revision || shown.generation != generation;
-                let since_change = if has_changed { 0 } else { shown.since_change.saturating_add(1) };
+                let (since_change, unchanged) = match has_changed {
+                    true => (0, shown.since_change),
+                    false => (shown.since_change.saturating_add(1), shown.unchanged),
+                };
+                let has_other_triangles = shown.generation != generation;
                 // A mean continues if the view is identical to the last bit.
                 let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
                 let frames = shown.frames.saturating_add(1);
-                let before = Before { rested: shown.frame_index, has_moved, since_change, frames };
+                let rested = shown.frame_index;
+                let before = Before { rested, has_moved, since_change, unchanged, has_other_triangles, frames };
                 (shown.view, geometry, Some(before), frames)
             }
         };
-        let since_change = before.map_or(u32::MAX, |before| before.since_change);
+        let [since_change, unchanged] = before.map_or([u32::MAX; 2], |before| [before.since_change, before.unchanged]);
         let last_frame = self.frame;
         let kept = places.clone();
-        let shown = Shown { view, generation, revision, last_frame, frame_index, frames, since_change, places: kept };
+        let shown = Shown {
+            view,
+            generation,
+            revision,
+            last_frame,
+            frame_index,
+            frames,
+            since_change,
+            unchanged,
+            places: kept,
+        };
         self.shown.insert(key, shown);
         let views = ViewMotion {
             clip_from_view: view.clip_from_view,

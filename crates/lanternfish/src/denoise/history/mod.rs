@@ -9,7 +9,7 @@ use super::layers::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
+    prepass::{Before, KEPT_FRAMES, Motion, Surface, ViewKey},
     shaders::{Root, Shaders},
     texture::{PingPong, described, size_of_view},
     view::View,
@@ -65,6 +65,8 @@ const MOST: f32 = 32.0;
 /// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and every entry of the radiance
 /// cache gets a sample per frame.
 pub(crate) const RESET_FRAMES: u32 = 8;
+/// Largest distance of a restarted history from the neighbourhood's mean after its first frame, standard deviations.
+const LATER_DEVIATIONS: f32 = 4.0;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Effect of any change of the scene on the history of pixels.
@@ -79,6 +81,19 @@ pub(crate) struct HistoryReset {
     /// Noise (relative) from which on the history is clamped around the mean of the neighbourhood; at less, nearer to the pixel's own estimate. 0: always
     /// the mean.
     pub noise_of_mean: f32,
+    /// After a single change, the history has the frames since then, and only its first is clamped to `deviations`.
+    pub restarts: bool,
+}
+
+impl HistoryReset {
+    /// Longest history, frames, and its largest distance from the neighbourhood's mean, standard deviations.
+    fn limits(&self, before: &Before) -> (f32, f32) {
+        match before.since_change {
+            _ if !self.restarts || before.unchanged < self.lasts => (self.counts, self.deviations),
+            0 => (1.0, self.deviations),
+            since => (since as f32, LATER_DEVIATIONS),
+        }
+    }
 }
 
 /// The pass, and the history of each view.
@@ -159,6 +174,8 @@ impl Histories {
         // Outside a mean of frames the history is the result, and nothing is written to `mixed`.
         let is_of_mean = view.frame_index > 0;
         let mixed = layers_target(frame, if is_of_mean { size } else { UVec2::ONE });
+        let (frames_after_reset, reset_deviations) =
+            before.map_or_else(Default::default, |before| self.reset.limits(&before));
         let uniform = frame.uniform(&HistoryParameters {
             size_before: size_of_view(&layers.before),
             is_known: u32::from(before.is_some()),
@@ -166,11 +183,11 @@ impl Histories {
             rested: before.map_or(0, |before| before.rested) as f32,
             most: MOST,
             has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
-            frames_after_reset: self.reset.counts,
+            frames_after_reset,
             has_changed: before.map_or(0, |before| u32::from(before.since_change < self.reset.lasts)),
             clamped_frames,
             requested_frames,
-            reset_deviations: self.reset.deviations,
+            reset_deviations,
             noise_of_mean: self.reset.noise_of_mean,
             ..Default::default()
         });
