@@ -205,14 +205,19 @@ impl Renderer {
             // An environment image replaces the sky.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
-            Ok(self.completed(view))
+            Ok(self.completed(view, scene))
         };
         views.iter().map(view).collect()
     }
 
     /// A view with the properties of settings and device.
-    fn completed(&self, view: View) -> View {
-        View { samples: self.effective.image.samples.count(), vertex_grid: self.vertex_grid, ..view }
+    fn completed(&self, view: View, scene: &GpuScene) -> View {
+        View {
+            light_unit: scene.light_unit,
+            samples: self.effective.image.samples.count(),
+            vertex_grid: self.vertex_grid,
+            ..view
+        }
     }
 
     /// Submits a frame.
@@ -307,7 +312,7 @@ impl Renderer {
         display: Vec<[u8; 4]>,
         exposure: Option<f32>,
     ) -> Result<RenderedImage, RenderError> {
-        let radiance = match &shaded.mean {
+        let mut radiance: Vec<[f32; 4]> = match &shaded.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
             None => {
                 let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, shaded.single().texture())?;
@@ -316,6 +321,7 @@ impl Renderer {
                 radiance
             }
         };
+        radiance.iter_mut().flat_map(|pixel| &mut pixel[..3]).for_each(|value| *value *= view.light_unit);
 
         let mut counters = counters.to_vec();
         if let Some(lights) = &shaded.lights {

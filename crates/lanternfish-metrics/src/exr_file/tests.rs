@@ -31,13 +31,16 @@ fn halves_come_back_as_they_were_and_floats_within_half_precision() {
 }
 
 #[test]
-fn what_a_half_cannot_hold_stays_finite() {
+fn what_halves_cannot_hold_is_written_as_32_bit_floats() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bright.exr");
     write_exr(&path, &RgbImage::new(1, 1, vec![[1e9, f32::INFINITY, f32::NAN]]).unwrap()).unwrap();
     let [red, green, blue] = read_exr(&path).unwrap().pixels[0];
-    assert_eq!((red, green), (65504.0, f32::INFINITY));
+    assert_eq!((red, green), (1e9, f32::INFINITY));
     assert!(blue.is_nan());
+    let dark = RgbImage::new(1, 1, vec![[1e-3, 1.001e-6, 0.0]]).unwrap();
+    write_exr(&path, &dark).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), dark);
 }
 
 #[test]

@@ -16,9 +16,13 @@ use exr::{
 use super::order::sort_attributes;
 use crate::{MetricsError, RgbImage, compare::check_sizes, write_aside};
 
-/// Writes R, G and B as half floats, ZIP-compressed. The write is atomic.
+/// Smallest largest value of an image of half floats.
+const LEAST_OF_HALVES: f32 = 1.0 / 16.0;
+
+/// Writes R, G and B, ZIP-compressed. The write is atomic.
 ///
-/// A half holds up to 65504 with 11 bits of precision: brighter finite values are written as 65504.
+/// Values are half floats, with 11 bits of precision, if they hold the image: no finite value exceeds 65504, and the
+/// largest is zero or above 1/16, so that a thousandth of it has full precision. Otherwise they are 32-bit floats.
 pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
     write_exr_with_attributes(path, image, &[])
 }
@@ -29,10 +33,12 @@ pub fn write_exr_with_attributes(
     image: &RgbImage,
     attributes: &[(&str, &str)],
 ) -> Result<(), MetricsError> {
-    let half = |value: f32| {
-        let largest = f16::MAX.to_f32();
-        f16::from_f32(if value.is_finite() { value.clamp(-largest, largest) } else { value })
-    };
+    let finite = image.pixels.as_flattened().iter().filter(|value| value.is_finite());
+    let largest = finite.fold(0.0, |largest: f32, value| largest.max(value.abs()));
+    if largest > f16::MAX.to_f32() || (largest > 0.0 && largest < LEAST_OF_HALVES) {
+        return write_exr_layers(path, &[("", image)], attributes);
+    }
+    let half = f16::from_f32;
     let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
         let [red, green, blue] = image.pixels[position.y() * image.width + position.x()].map(half);
         (red, green, blue)

@@ -21,7 +21,9 @@ use super::{
     upload::{
         cost,
         geometry::{Geometry, ImageBehind},
+        light_unit::{light_unit, stored_environment},
         lights::{LIGHTS, has_area_lights, light_set, packed_lights},
+        lobes::MaterialStorage,
         materials::Materials,
         needs::SceneRequirements,
         textures::Textures,
@@ -56,6 +58,8 @@ pub struct GpuScene {
     pub(crate) traced_triangles: u32,
     /// Radiance of the background, nits.
     pub(crate) sky: Vec3,
+    /// Nits that are stored as 1: see `upload/light_unit.rs`.
+    pub(crate) light_unit: f32,
     /// The background as an image, if the scene has one.
     pub(crate) environment: Option<EnvironmentImage>,
     /// Light of the environment, if the settings require it.
@@ -112,10 +116,12 @@ impl GpuScene {
         Self::check_memory(scene, &needs)?;
         let textures =
             Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
-        let materials = Materials::new(device, scene, shading, &textures)?;
+        let light_unit = light_unit(scene);
+        let storage = MaterialStorage { shading, light_unit };
+        let materials = Materials::new(device, scene, storage, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
-        let lights = packed_lights(scene, &needs.lights, &device.limits())?;
+        let lights = packed_lights(scene, &needs.lights, light_unit, &device.limits())?;
         let lights = light_set(device, scene, lights, &needs.lights)?;
         let none = wgpu::BufferUsages::empty();
 
@@ -129,7 +135,7 @@ impl GpuScene {
         let triangles = &tracing.triangles;
         let light_trees = parts.light_trees.then(|| {
             let emissive = match parts.hits {
-                true => emissive::triangles(scene, shading, &tracing.parts, triangles),
+                true => emissive::triangles(scene, storage, &tracing.parts, triangles),
                 false => Vec::new(),
             };
             SceneLightTrees::new(device, queue, &lights, emissive)
@@ -139,12 +145,13 @@ impl GpuScene {
         let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
-        let environment = match (unchanged.environment, &scene.environment) {
+        let stored = scene.environment.as_ref().map(|environment| stored_environment(environment, light_unit));
+        let environment = match (unchanged.environment, &stored) {
             (None, Some(environment)) => Some(EnvironmentImage::new(device, queue, environment)?),
             (kept, _) => kept,
         };
 
-        let environment_and_image = scene.environment.as_ref().zip(environment.as_ref());
+        let environment_and_image = stored.as_deref().zip(environment.as_ref());
         let refracts = scene.materials.iter().any(|m| ImageBehind::of(m, shading) == ImageBehind::Refracts);
         let needs_light = parts.environment_visibility || (parts.hits && environment_and_image.is_some()) || refracts;
         let environment_light = match unchanged.environment_light {
@@ -167,7 +174,8 @@ impl GpuScene {
             geometry,
             textures,
             traced_triangles: triangles.len() as u32,
-            sky: scene.sky,
+            sky: scene.sky / light_unit,
+            light_unit,
             environment,
             environment_light,
             materials,
@@ -181,7 +189,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: parts.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
             light_trees,
             placed: Placed::new(scene, tracing),
             moving: None,
@@ -220,6 +228,12 @@ impl GpuScene {
                 bindings.resource("scene_tlas", tlas.tlas.as_binding()).buffer("tlas_triangles", &tlas.triangles);
         }
         bindings
+    }
+
+    /// Nits that are stored as 1 on the device: see `upload/light_unit.rs`.
+    #[doc(hidden)]
+    pub fn light_unit(&self) -> f32 {
+        self.light_unit
     }
 
     /// World-space box around its geometry, m.

@@ -199,7 +199,7 @@ fn lights_that_do_not_fit_are_refused_by_name() {
         wgpu::Limits { max_storage_buffer_binding_size: 2 * size_of::<PackedLight>() as u64, ..Default::default() };
     let packed = |count| {
         let lights = vec![Light::point(Vec3::ZERO, Vec3::ONE); count];
-        packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default().light_storage(), &limits)
+        packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default().light_storage(), 1.0, &limits)
     };
     assert_eq!(packed(2).unwrap().len(), 2);
     let error = packed(3).unwrap_err().to_string();

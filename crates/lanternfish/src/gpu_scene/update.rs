@@ -25,7 +25,9 @@ use super::{
     tracing::{emissive, pose, tlas::Tlas},
     upload::{
         geometry::standing,
+        light_unit::{is_outgrown, stored_environment},
         lights::{LIGHTS, has_area_lights, light_bounds, light_set, packed_lights},
+        lobes::MaterialStorage,
     },
 };
 use crate::{
@@ -64,6 +66,10 @@ impl GpuScene {
     ) -> Result<(), RenderError> {
         scene.validate()?;
         let outline = Outline::of(scene);
+        if is_outgrown(self.light_unit, scene) {
+            *self = Self::with(device, queue, scene, self.needs, Unchanged::default())?;
+            return Ok(());
+        }
         if let (Some(_), Some(environment)) = (&self.environment, &scene.environment)
             && !self.placed.outline.has_environment_of(&outline)
         {
@@ -77,11 +83,11 @@ impl GpuScene {
         }
         self.placed.revision = next_number();
         self.update_lights(device, queue, scene)?;
-        self.sky = scene.sky;
-        self.materials.update(queue, scene, self.needs.shading, &self.textures);
+        self.sky = scene.sky / self.light_unit;
+        self.materials.update(queue, scene, self.material_storage(), &self.textures);
         self.geometry.set_materials(self.needs.shading, |material| scene.materials.get(material));
         if let Some(hits) = &self.hits {
-            hits.update_materials(queue, scene, self.needs.shading);
+            hits.update_materials(queue, scene, self.material_storage());
         }
         let shining = emissive::shining(scene);
         let shines_as_before = !self.needs.parts.hits || shining == self.placed.shining;
@@ -96,10 +102,11 @@ impl GpuScene {
             }
             return Ok(());
         }
+        let storage = self.material_storage();
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
         if let Some(trees) = &mut self.light_trees {
             let emissive = match self.needs.parts.hits {
-                true => emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles),
+                true => emissive::triangles(scene, storage, &self.placed.parts, &triangles),
                 false => Vec::new(),
             };
             trees.replace_triangles(device, queue, &self.lights, emissive)?;
@@ -164,6 +171,7 @@ impl GpuScene {
         queue: &wgpu::Queue,
         environment: &Environment,
     ) -> Result<(), RenderError> {
+        let environment = &*stored_environment(environment, self.light_unit);
         let image = EnvironmentImage::new(device, queue, environment)?;
         if self.environment_light.is_some() {
             self.environment_light = Some(EnvironmentLight::new(device, queue, Some((environment, &image)))?);
@@ -184,8 +192,12 @@ impl GpuScene {
         Unchanged { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
     }
 
+    pub(super) fn material_storage(&self) -> MaterialStorage {
+        MaterialStorage { shading: self.needs.shading, light_unit: self.light_unit }
+    }
+
     fn update_lights(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Result<(), RenderError> {
-        let lights = packed_lights(scene, &self.needs.lights, &device.limits())?;
+        let lights = packed_lights(scene, &self.needs.lights, self.light_unit, &device.limits())?;
         if lights.len() == self.lights.capacity as usize {
             queue.write_buffer(&self.lights.lights, 0, bytemuck::cast_slice(&lights));
             self.lights.bounds = light_bounds(scene);

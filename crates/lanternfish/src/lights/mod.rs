@@ -106,6 +106,11 @@ impl Light {
         }
     }
 
+    /// The light in this unit, nits: see `gpu_scene/upload/light_unit.rs`.
+    pub(crate) fn in_unit(self, light_unit: f32) -> Self {
+        Self { intensity: self.intensity / light_unit, ..self }
+    }
+
     /// True if it is infinitely far away: it has no position.
     pub(crate) fn is_directional(&self) -> bool {
         self.kind == 2

@@ -1,7 +1,7 @@
 //! Automatic exposure; `meter.wesl` describes the steps.
 
 use super::DECLARED;
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_constants};
 
 use crate::error::RenderError;
 
@@ -28,16 +28,18 @@ impl Meter {
         Ok(Self { count: kernel("count"), expose: kernel("expose") })
     }
 
-    /// Writes the automatic exposure of some images (linear radiance, nits; alpha is the coverage of surfaces), one value for all, into a
+    /// Writes the automatic exposure of some images (linear radiance; alpha is the coverage of surfaces), one value for all, into a
     /// buffer: EV, 32-bit float. Nothing is read back.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         renderings: &[&wgpu::TextureView],
+        parameters: &BufferPart,
         exposure: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         let weights = frame.zeroed("output/luminance_weights", 4 * BIN_COUNT)?;
         let bindings = Bindings::new().buffer("luminance_weights", &weights).buffer("exposure", exposure);
+        let bindings = bindings.part("output_parameters", parameters);
         for rendering in renderings {
             let size = rendering.texture().size();
             let bindings = bindings.clone().with(&Bindings::new().texture("radiance_texture", rendering));

@@ -9,8 +9,8 @@ mod tests;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, Frame, GpuError, RasterPipeline, RasterState, SharedStruct, gpu_struct, read_back, storage_buffer_of,
-    uniform_buffer_of,
+    Bindings, BufferPart, Frame, GpuError, RasterPipeline, RasterState, SharedStruct, gpu_struct, read_back,
+    storage_buffer_of,
 };
 
 use self::meter::Meter;
@@ -28,6 +28,8 @@ gpu_struct! {
     pub struct OutputParameters {
         /// Index of the [`ToneMap`].
         curve: u32,
+        /// Nits that are stored as 1.
+        light_unit: f32,
     }
 }
 
@@ -44,7 +46,7 @@ pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 #[derive(Debug)]
 pub struct Output {
     pipeline: RasterPipeline,
-    parameters: wgpu::Buffer,
+    tone_map: ToneMap,
     /// Compiled at the first automatic exposure.
     meter: Option<Meter>,
     exposure: Exposure,
@@ -59,7 +61,7 @@ impl Output {
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "output", &state),
-            parameters: uniform_buffer_of(device, "output", &OutputParameters { curve: tone_map as u32 }),
+            tone_map,
             meter: None,
             exposure,
             level: level_of(device, exposure)?,
@@ -73,13 +75,19 @@ impl Output {
     }
 
     /// Computes the exposure of a frame's images, one for all of them, if it is automatic.
-    pub fn meter(&mut self, frame: &mut Frame<'_>, renderings: &[&wgpu::TextureView]) -> Result<(), RenderError> {
+    pub fn meter(
+        &mut self,
+        frame: &mut Frame<'_>,
+        renderings: &[&wgpu::TextureView],
+        light_unit: f32,
+    ) -> Result<(), RenderError> {
         if self.exposure == Exposure::Auto {
+            let parameters = self.parameters(frame, light_unit);
             let meter = match &self.meter {
                 Some(meter) => meter,
                 None => self.meter.insert(Meter::new(frame.device)?),
             };
-            meter.record(frame, renderings, &self.level)?;
+            meter.record(frame, renderings, &parameters, &self.level)?;
         }
         Ok(())
     }
@@ -93,13 +101,24 @@ impl Output {
         }
     }
 
-    /// Draws the display image of linear radiance, nits, into a texture of [`DISPLAY_FORMAT`].
-    pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, display: &wgpu::TextureView) {
+    /// Draws the display image of linear radiance, stored in `light_unit`, into a texture of [`DISPLAY_FORMAT`].
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        radiance: &wgpu::TextureView,
+        light_unit: f32,
+        display: &wgpu::TextureView,
+    ) {
+        let parameters = self.parameters(frame, light_unit);
         let bindings = Bindings::new()
-            .buffer("output_parameters", &self.parameters)
+            .part("output_parameters", &parameters)
             .buffer("exposure", &self.level)
             .texture("radiance_texture", radiance);
         show(frame, &self.pipeline, "output", &bindings, display);
+    }
+
+    fn parameters(&self, frame: &mut Frame<'_>, light_unit: f32) -> BufferPart {
+        frame.uniform(&OutputParameters { curve: self.tone_map as u32, light_unit })
     }
 }
 

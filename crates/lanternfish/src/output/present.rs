@@ -6,13 +6,16 @@ use std::collections::{HashMap, hash_map::Entry};
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 
-use super::{DISPLAY_FORMAT, cover, show};
+use super::{DISPLAY_FORMAT, OutputParameters, cover, show};
 use crate::{error::RenderError, shaders::Root, texture::target};
 
 /// The image is sRGB-encoded, and so is the texture's format: the texture encodes again.
 const DECODED: Feature = Feature::new("decoded");
 
-pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
+/// The image is radiance, stored in a unit.
+const STORED: Feature = Feature::new("stored");
+
+pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED], &[STORED]]]);
 
 /// Number of frames that a display is stored while no frame has a view of its key.
 const KEPT_FRAMES: u64 = 64;
@@ -20,7 +23,7 @@ const KEPT_FRAMES: u64 = 64;
 /// Copies images, and stores the last display image of each view.
 #[derive(Debug, Default)]
 pub(crate) struct Present {
-    pipelines: HashMap<(wgpu::TextureFormat, bool), RasterPipeline>,
+    pipelines: HashMap<(wgpu::TextureFormat, Option<Feature>), RasterPipeline>,
     displays: HashMap<u64, Kept>,
     frame: u64,
 }
@@ -68,7 +71,7 @@ impl Present {
         to: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) -> Result<(), RenderError> {
-        let pipeline = self.pipeline(frame.device, format, format.is_srgb())?;
+        let pipeline = self.pipeline(frame.device, format, format.is_srgb().then_some(DECODED))?;
         cover(frame, pipeline, LABEL, &Bindings::new().texture("image_texture", display), to);
         Ok(())
     }
@@ -78,10 +81,13 @@ impl Present {
         &mut self,
         frame: &mut Frame<'_>,
         radiance: &wgpu::TextureView,
+        light_unit: f32,
         to: &wgpu::TextureView,
     ) -> Result<(), RenderError> {
-        let pipeline = self.pipeline(frame.device, to.texture().format(), false)?;
-        show(frame, pipeline, LABEL, &Bindings::new().texture("image_texture", radiance), to);
+        let parameters = frame.uniform(&OutputParameters { light_unit, ..Default::default() });
+        let bindings = Bindings::new().texture("image_texture", radiance).part("output_parameters", &parameters);
+        let pipeline = self.pipeline(frame.device, to.texture().format(), Some(STORED))?;
+        show(frame, pipeline, LABEL, &bindings, to);
         Ok(())
     }
 
@@ -89,12 +95,12 @@ impl Present {
         &mut self,
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
-        decoded: bool,
+        variant: Option<Feature>,
     ) -> Result<&RasterPipeline, RenderError> {
-        Ok(match self.pipelines.entry((format, decoded)) {
+        Ok(match self.pipelines.entry((format, variant)) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(slot) => {
-                let shader = DECLARED.link("output/present", if decoded { &[DECODED] } else { &[] })?;
+                let shader = DECLARED.link("output/present", variant.as_slice())?;
                 let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
                 slot.insert(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
             }

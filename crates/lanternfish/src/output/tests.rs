@@ -103,7 +103,7 @@ fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
     // Twice: no state of the first run remains.
     for _ in 0..2 {
         let mut frame = Frame::pooled(&gpu.device, &gpu.queue, &mut profiler, &mut pool);
-        output.meter(&mut frame, &views.iter().collect::<Vec<_>>()).unwrap();
+        output.meter(&mut frame, &views.iter().collect::<Vec<_>>(), 1.0).unwrap();
         frame.submit();
     }
     output.exposure(&gpu.device, &gpu.queue).unwrap()

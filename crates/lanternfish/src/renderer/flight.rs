@@ -287,7 +287,7 @@ impl Renderer {
             let size = UVec2::from(request.size);
             let eye = Affine3A::from_mat4(world_from_view);
             let view = View::of_matrices(clip_from_view, eye, size, sky, &scene.bounds);
-            Ok(self.completed(view))
+            Ok(self.completed(view, scene))
         };
         views.iter().map(view).collect()
     }

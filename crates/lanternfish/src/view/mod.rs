@@ -46,6 +46,10 @@ gpu_struct! {
         texture_width: f32,
         /// Distance between the points to which the rasterizer snaps vertices, pixels.
         vertex_grid: f32,
+        /// Nits that are stored as 1.
+        light_unit: f32,
+        _pad: f32,
+        _pad_more: Vec2,
     }
 }
 
@@ -92,6 +96,9 @@ impl View {
             forgetful_index: 0,
             texture_width: 1.0,
             vertex_grid: USUAL_VERTEX_GRID,
+            light_unit: 1.0,
+            _pad: 0.0,
+            _pad_more: Vec2::ZERO,
         }
     }
 

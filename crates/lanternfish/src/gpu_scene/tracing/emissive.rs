@@ -5,7 +5,10 @@ use lanternfish_scene::{Material, Scene, light_tree::Emitter, mean_emission};
 use rayon::prelude::*;
 
 use super::{
-    super::upload::{lobes::Shading, materials::mask_cutoff},
+    super::upload::{
+        lobes::{MaterialStorage, Shading},
+        materials::mask_cutoff,
+    },
     Part, Source, TracedTriangle,
     hits::normal_matrix_of,
 };
@@ -27,10 +30,15 @@ pub fn shining_of(material: &Material) -> Shining {
 /// The emissive traced triangles, in the scene's order: trees over them, and choices in these trees, do not depend on the BVH. Two kinds
 /// are left out, which only BSDF samples hit: those of alpha masks, which may have holes anywhere, and those of unlit surfaces, whose
 /// radiance is their base colour.
-pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[TracedTriangle]) -> Vec<EmissiveTriangle> {
+pub fn triangles(
+    scene: &Scene,
+    storage: MaterialStorage,
+    parts: &[Part],
+    traced: &[TracedTriangle],
+) -> Vec<EmissiveTriangle> {
     let matrix_if_emissive = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];
-        let is_unlit = material.unlit && shading == Shading::File;
+        let is_unlit = material.unlit && storage.shading == Shading::File;
         let is_masked = mask_cutoff(material).is_some();
         (material.emissive.max_element() > 0.0 && !is_unlit && !is_masked).then(|| normal_matrix_of(scene, part))
     };
@@ -41,7 +49,7 @@ pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[Trac
         let (_, primitive) = parts[part as usize].of(scene);
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[3 * number as usize + i] as usize);
         let material = &scene.materials[primitive.material];
-        let radiance = mean_emission(scene, primitive, material, corners);
+        let radiance = mean_emission(scene, primitive, material, corners) / storage.light_unit;
         let front = front_of(material, traced.corners, corners.map(|i| normal_matrix * primitive.normals[i]));
         let emitter = Emitter::of_triangle(traced.corners, radiance, front);
         (emitter.power > 0.0).then_some(EmissiveTriangle { triangle: triangle as u32, emitter })

@@ -14,7 +14,12 @@ use rayon::prelude::*;
 use super::{
     super::{
         shaders::{EMITS_FROM_BACK, HitMaterial, HitTriangle, LAMBERT, NO_LAYER, UNLIT},
-        upload::{geometry::stored_normal, lobes::Shading, materials::dielectric_f0, mips::srgb_from_linear},
+        upload::{
+            geometry::stored_normal,
+            lobes::{MaterialStorage, Shading},
+            materials::dielectric_f0,
+            mips::srgb_from_linear,
+        },
     },
     Part, Source, Tracing,
 };
@@ -40,7 +45,7 @@ impl Hits {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        shading: Shading,
+        storage: MaterialStorage,
         tracing: &Tracing,
     ) -> Result<Self, RenderError> {
         let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
@@ -63,7 +68,7 @@ impl Hits {
                 &triangles(scene, &tracing.parts, &sources),
                 none,
             )?,
-            materials: storage_buffer_of(device, "scene/hit_materials", &packed(scene, &read, shading), none)?,
+            materials: storage_buffer_of(device, "scene/hit_materials", &packed(scene, &read, storage), none)?,
             read,
             textures: layers.upload(device, queue, scene),
             sampler,
@@ -76,14 +81,20 @@ impl Hits {
     }
 
     /// Writes the materials again; their textures must be unchanged.
-    pub fn update_materials(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading) {
-        let materials = packed(scene, &self.read, shading);
+    pub fn update_materials(&self, queue: &wgpu::Queue, scene: &Scene, storage: MaterialStorage) {
+        let materials = packed(scene, &self.read, storage);
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
     /// Writes one material again, whose textures must be unchanged; returns its size, bytes.
-    pub fn set_material(&self, queue: &wgpu::Queue, index: usize, material: &Material, shading: Shading) -> u64 {
-        let packed = pack(material, &self.read[index], shading);
+    pub fn set_material(
+        &self,
+        queue: &wgpu::Queue,
+        index: usize,
+        material: &Material,
+        storage: MaterialStorage,
+    ) -> u64 {
+        let packed = pack(material, &self.read[index], storage);
         queue.write_buffer(&self.materials, (index * size_of::<HitMaterial>()) as u64, bytemuck::bytes_of(&packed));
         size_of::<HitMaterial>() as u64
     }
@@ -235,12 +246,13 @@ impl HitTextures {
     }
 }
 
-fn packed(scene: &Scene, read: &[HitTextures], shading: Shading) -> Vec<HitMaterial> {
-    scene.materials.iter().zip(read).map(|(material, read)| pack(material, read, shading)).collect()
+fn packed(scene: &Scene, read: &[HitTextures], storage: MaterialStorage) -> Vec<HitMaterial> {
+    scene.materials.iter().zip(read).map(|(material, read)| pack(material, read, storage)).collect()
 }
 
-fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMaterial {
+fn pack(material: &Material, read: &HitTextures, storage: MaterialStorage) -> HitMaterial {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let MaterialStorage { shading, light_unit } = storage;
     let mut base_color = material.base_color.truncate() * read.base_color;
     let mut through = 0.0;
     if shading == Shading::File && material.scatters_from_behind() {
@@ -254,7 +266,7 @@ fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMateria
     HitMaterial {
         base_color,
         base_color_layer: read.base_color_layer,
-        emissive: material.emissive * read.emissive,
+        emissive: material.emissive / light_unit * read.emissive,
         emissive_layer: read.emissive_layer,
         dielectric_f0: dielectric_f0(material, read.specular_color, read.specular),
         dielectric_f90: material.specular * read.specular,
@@ -364,6 +376,7 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
 #[test]
 fn textures_of_specular_layers_weigh_what_hits_reflect() {
     use lanternfish_scene::{Sampler, Texture};
+    const FILE: MaterialStorage = MaterialStorage { shading: Shading::File, light_unit: 1.0 };
     let rgba = vec![255, 255, 255, 255, 0, 0, 0, 153];
     let scene = Scene {
         images: vec![Image { name: String::new(), width: 2, height: 1, rgba }],
@@ -372,7 +385,7 @@ fn textures_of_specular_layers_weigh_what_hits_reflect() {
         ..Scene::default()
     };
     let of = |material: &Material| {
-        let packed = pack(material, &HitTextures::of(&scene, material, &mut Layers::default()), Shading::File);
+        let packed = pack(material, &HitTextures::of(&scene, material, &mut Layers::default()), FILE);
         (packed.dielectric_f0, packed.dielectric_f90)
     };
     let usual = Material::default();

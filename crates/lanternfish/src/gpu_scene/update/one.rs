@@ -20,7 +20,8 @@ impl GpuScene {
         light: &SceneLight,
     ) -> Result<Sent, RenderError> {
         self.check_light(index, Some(light))?;
-        let bytes = self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights))])?;
+        let bytes =
+            self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights).in_unit(self.light_unit))])?;
         Ok(Sent { bytes, ..Sent::default() })
     }
 
@@ -94,9 +95,9 @@ impl GpuScene {
             return needs_update("emissive triangles are in a light tree");
         }
         self.geometry.set_materials(self.needs.shading, |other| (other == index).then_some(material));
-        let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
+        let mut bytes = self.materials.set(queue, index, material, self.material_storage(), &self.textures);
         if let Some(hits) = &self.hits {
-            bytes += hits.set_material(queue, index, material, self.needs.shading);
+            bytes += hits.set_material(queue, index, material, self.material_storage());
         }
         self.placed.shining[index] = shining;
         self.placed.revision = next_number();

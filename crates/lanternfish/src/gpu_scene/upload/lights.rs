@@ -12,14 +12,19 @@ use crate::{
 pub const LIGHTS: &str = "scene/lights";
 
 /// Lights in the layout that shaders read. An error if there are more than the device can bind.
-pub fn packed_lights(scene: &Scene, settings: &LightStorage, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
+pub fn packed_lights(
+    scene: &Scene,
+    settings: &LightStorage,
+    light_unit: f32,
+    limits: &wgpu::Limits,
+) -> Result<Vec<Light>, RenderError> {
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
     if needed > limit {
         let remedy = "give the scene fewer (`lights`, `point`, and its own)";
         return Err(RenderError::Overflow { list: "lights", needed, limit, remedy });
     }
-    Ok(scene.lights.iter().map(|light| Light::new(light, settings)).collect())
+    Ok(scene.lights.iter().map(|light| Light::new(light, settings).in_unit(light_unit)).collect())
 }
 
 /// A scene's lights on the device.

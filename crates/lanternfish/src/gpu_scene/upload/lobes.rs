@@ -11,6 +11,15 @@ pub(crate) enum Shading {
     BaseColor,
 }
 
+/// The settings with which materials are packed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MaterialStorage {
+    /// The parts of materials that are packed.
+    pub shading: Shading,
+    /// [`crate::GpuScene::light_unit`], nits.
+    pub light_unit: f32,
+}
+
 /// The lobes of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lobes {

@@ -10,7 +10,7 @@ use super::{
         DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
         SCATTERS_THROUGH, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED, TextureSlot, UNLIT,
     },
-    lobes::Shading,
+    lobes::{MaterialStorage, Shading},
     textures::Textures,
 };
 
@@ -26,17 +26,22 @@ pub(in crate::gpu_scene) struct Materials {
 }
 
 impl Materials {
-    pub fn new(device: &wgpu::Device, scene: &Scene, shading: Shading, textures: &Textures) -> Result<Self, GpuError> {
+    pub fn new(
+        device: &wgpu::Device,
+        scene: &Scene,
+        storage: MaterialStorage,
+        textures: &Textures,
+    ) -> Result<Self, GpuError> {
         let alignment = if textures.arrays { 1 } else { device.limits().min_uniform_buffer_offset_alignment as usize };
         let stride = size_of::<Material>().next_multiple_of(alignment);
-        let packed = packed(scene, shading, textures, stride);
+        let packed = packed(scene, storage, textures, stride);
         let buffer = storage_buffer_of(device, "scene/materials", &packed, wgpu::BufferUsages::UNIFORM)?;
         Ok(Self { buffer, stride })
     }
 
     /// Writes all materials again; their number and their textures must be unchanged.
-    pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading, textures: &Textures) {
-        queue.write_buffer(&self.buffer, 0, &packed(scene, shading, textures, self.stride));
+    pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, storage: MaterialStorage, textures: &Textures) {
+        queue.write_buffer(&self.buffer, 0, &packed(scene, storage, textures, self.stride));
     }
 
     /// Writes one material again, whose textures must be unchanged; returns its size, bytes.
@@ -45,10 +50,10 @@ impl Materials {
         queue: &wgpu::Queue,
         index: usize,
         material: &lanternfish_scene::Material,
-        shading: Shading,
+        storage: MaterialStorage,
         textures: &Textures,
     ) -> u64 {
-        let packed = pack(material, shading, textures);
+        let packed = pack(material, storage, textures);
         queue.write_buffer(&self.buffer, (index * self.stride) as u64, bytemuck::bytes_of(&packed));
         size_of::<Material>() as u64
     }
@@ -106,17 +111,18 @@ fn scatters_through(material: &lanternfish_scene::Material) -> bool {
 }
 
 /// All materials, one for each `stride` bytes.
-fn packed(scene: &Scene, shading: Shading, textures: &Textures, stride: usize) -> Vec<u8> {
+fn packed(scene: &Scene, storage: MaterialStorage, textures: &Textures, stride: usize) -> Vec<u8> {
     let mut packed = vec![0; stride * scene.materials.len().max(1)];
     for (bytes, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
-        let material = pack(material, shading, textures);
+        let material = pack(material, storage, textures);
         bytes[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
     }
     packed
 }
 
-fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Textures) -> Material {
+fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textures: &Textures) -> Material {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let MaterialStorage { shading, light_unit } = storage;
     let file = shading == Shading::File;
     let slot = |reference: &Option<TextureRef>, srgb: bool| match reference {
         Some(reference) => {
@@ -135,7 +141,7 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
     let iors = material.channel_iors();
     Material {
         base_color: material.base_color,
-        emissive: material.emissive,
+        emissive: material.emissive / light_unit,
         normal_scale: material.normal_scale,
         metallic: material.metallic,
         perceptual_roughness: material.perceptual_roughness,

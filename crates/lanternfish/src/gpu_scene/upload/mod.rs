@@ -2,6 +2,7 @@
 
 pub mod cost;
 pub mod geometry;
+pub mod light_unit;
 pub mod lights;
 pub mod lobes;
 pub mod materials;

@@ -286,7 +286,7 @@ impl LightBuilder {
             least_range: settings.least_range * radius,
             most_range,
             large_kept: settings.large_kept as f32 / 100.0,
-            threshold: cut_off_intensity(settings.ranges, self.threshold, taken_count),
+            threshold: cut_off_intensity(settings.ranges, self.threshold / scene.light_unit(), taken_count),
             falloff: settings.falloff as u32,
             traces_ranges: u32::from(self.range_rays.is_some()),
             emission: u32::from(settings.emission == Emission::Root),

@@ -1,3 +1,4 @@
 mod candidates;
+mod range;
 mod reference;
 mod selection;
