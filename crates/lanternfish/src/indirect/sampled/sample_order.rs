@@ -94,7 +94,7 @@ fn squares_are_nets_whose_orders_differ() {
             let shifts = shifts(corner, edge);
             // One point in each cell of a grid as fine as the square.
             let mut cells: Vec<_> = shifts.iter().map(|shift| (*shift >> (32u32 - bits)).to_array()).collect();
-            if edge == 8 {
+            if edge == 16 {
                 orders.insert(cells.iter().map(|[x, y]| [x ^ cells[0][0], y ^ cells[0][1]]).collect::<Vec<_>>());
             }
             cells.sort_unstable();
@@ -102,6 +102,6 @@ fn squares_are_nets_whose_orders_differ() {
             assert_eq!(cells.len() as u32, edge * edge, "{corner:?}");
         }
     }
-    // All 16 squares of 8 x 8 pixels had the same order, which showed as a weave.
-    assert!(orders.len() > 3, "{}", orders.len());
+    // All four squares had the same order, which showed as a weave.
+    assert!(orders.len() > 1, "{}", orders.len());
 }

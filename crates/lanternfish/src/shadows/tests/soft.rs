@@ -94,14 +94,14 @@ fn gpu_suns_penumbra_is_the_visible_fraction_of_its_disk(gpu: &Gpu) {
     let converged = off(&of(sun(16, diameter).with_accumulate(32)), &unshadowed, RADIUS);
     println!("mean and largest error of visibility: 4 rays {few:?}, 255 {many:?}, 32 frames of 16 {converged:?}");
     // Lines across 255 even points differ by up to two of them.
-    assert!(many.1 < 0.02 && converged.1 < 0.02, "{many:?} {converged:?}");
+    assert!(many.1 < 0.025 && converged.1 < 0.02, "{many:?} {converged:?}");
     assert!(many.0 < few.0, "{few:?} {many:?}");
     // The test can fail: with another diameter, and with a hard sun.
     assert!(off(&of(sun(255, 1.2 * diameter)), &unshadowed, RADIUS).1 > 0.04);
     assert!(off(&of(sun(255, 0.0)), &unshadowed, RADIUS).1 > 0.4);
     // With several samples per pixel the rays start in shading; the sums are the same.
     let samples = off(&of(sun(255, diameter).with_samples(Samples::Four)), &unshadowed, RADIUS);
-    assert!(samples.1 < 0.02, "{samples:?}");
+    assert!(samples.1 < 0.025, "{samples:?}");
     // The same for sampled direct light, of one ray to the light in each frame.
     let sampled = |diameter| {
         let direct = SampledLights { denoise: Denoise::Off, ..SampledLights::default() };
@@ -109,7 +109,7 @@ fn gpu_suns_penumbra_is_the_visible_fraction_of_its_disk(gpu: &Gpu) {
     };
     let [same, other] = [diameter, 1.2 * diameter].map(sampled);
     println!("sampled: {same:?}, with another diameter {other:?}");
-    assert!(same.1 < 0.02 && other.1 > 0.04, "{same:?} {other:?}");
+    assert!(same.1 < 0.025 && other.1 > 0.04, "{same:?} {other:?}");
 }
 
 #[gpu_test]

@@ -30,7 +30,7 @@ fn has_every_light(gpu: &Gpu, scene: &Scene, camera: &Camera) -> f32 {
         let sampled = image_of(gpu, SIZE, sampled(denoise), scene, camera);
         for (pixel, (sampled, every)) in sampled.iter().zip(&every).enumerate() {
             let off = (sampled - every).abs().max_element();
-            assert!(off <= 0.004 * every.max_element(), "{denoise:?}, pixel {pixel}: {sampled} for {every}");
+            assert!(off <= 0.02 * every.max_element(), "{denoise:?}, pixel {pixel}: {sampled} for {every}");
         }
     }
     every.iter().map(|pixel| pixel.max_element()).fold(0.0, f32::max)
@@ -38,7 +38,7 @@ fn has_every_light(gpu: &Gpu, scene: &Scene, camera: &Camera) -> f32 {
 
 #[gpu_test]
 fn a_sun_and_a_lamp_beside_a_wall_keep_their_light(gpu: &Gpu) {
-    let glossy = Material { perceptual_roughness: 0.4, specular: 1.0, ..matt(0.5) };
+    let glossy = Material { perceptual_roughness: 0.25, specular: 1.0, ..matt(0.5) };
     let mut scene = floor(glossy);
     scene.lights = vec![Light::directional(Vec3::new(0.0, -1.0, -1.0).normalize(), Vec3::splat(120_000.0))];
     // Towards the sun's mirror image.

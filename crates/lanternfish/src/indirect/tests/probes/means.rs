@@ -62,7 +62,8 @@ fn gpu_glass_has_the_light_of_sampled(gpu: &Gpu) {
     assert!(of_probes == of_pixels, "off by {}", off(&of_probes, &of_pixels));
     // In front of the box: both kinds of surfaces in one image.
     let camera = looking([0.0, 1.0, 5.5], [0.0, 1.0, 0.0]);
-    let [of_probes, of_pixels] = [Indirect::from(probes()), per_pixel()].map(|indirect| image(indirect, &camera));
+    let image = |indirect| image_of(gpu, SIZE, with(indirect, History::Off).with_accumulate(4), &scene, &camera);
+    let [of_probes, of_pixels] = [Indirect::from(probes()), per_pixel()].map(image);
     let energy = mean(&of_probes) / mean(&of_pixels);
     println!("through glass: energy {energy:.4}");
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
