@@ -75,11 +75,13 @@ impl From<SceneError> for CliError {
             SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
             SceneError::Unsupported { .. } => "export the file again without it",
             SceneError::NoSuchScene { .. } => "choose one of these with --scene",
+            SceneError::NoSuchVariant { known, .. } if known == "none" => "leave --variant out",
             SceneError::NoSuchVariant { .. } => "choose one of these with --variant, or leave it out",
             SceneError::UnknownDemo { .. } => "choose one of these, or name a .gltf, .glb or .obj file",
             _ => "",
         };
-        Self::new(&error, hint)
+        // A path in a file may hold line breaks, and lines that look like a hint.
+        Self::new(error.to_string().replace('\n', "\\n"), hint)
     }
 }
 

@@ -12,6 +12,12 @@ pub fn rgb(rendering: &RenderedImage) -> Vec<u8> {
     rendering.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
 }
 
+/// Makes pixels black whose radiance is not finite; returns their number.
+pub fn make_finite(rendering: &mut RenderedImage) -> usize {
+    let wrong = rendering.radiance.iter_mut().filter(|pixel| pixel.iter().any(|value| !value.is_finite()));
+    wrong.map(|pixel| *pixel = [0.0, 0.0, 0.0, 1.0]).count()
+}
+
 /// Linear radiance of an image.
 pub fn linear(rendering: &RenderedImage) -> Result<RgbImage, MetricsError> {
     let pixels = rendering.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();

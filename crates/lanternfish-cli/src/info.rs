@@ -59,11 +59,14 @@ fn image_path(name: &SceneName) -> Option<&Path> {
 fn describe_image(path: &Path) -> Result<String, CliError> {
     let texts = if has_ending(path, "png") { read_png_texts(path)? } else { read_exr_attributes(path)? };
     let own = texts.iter().filter(|(name, _)| name.as_str() == SOFTWARE || name.starts_with("lanternfish."));
-    let own: Vec<_> = own.map(|(name, text)| (name, text.replace(char::is_control, " "))).collect();
+    let own: Vec<_> = own.map(|(name, text)| (name, printable_name(&text.replace(char::is_control, " ")))).collect();
     let width = own.iter().map(|(name, _)| name.chars().count()).max();
     let Some(width) = width else { return Ok("the file does not say how it was made\n".to_owned()) };
     Ok(own.iter().map(|(name, text)| format!("{name:<width$}  {text}\n")).collect())
 }
+
+/// Variants, cameras and animations that are listed; all are counted.
+const MOST_LISTED: usize = 50;
 
 /// Lines of `name  value`.
 #[derive(Default)]
@@ -103,7 +106,7 @@ fn describe(scene: &Scene) -> String {
     if !scene.variants.is_empty() {
         lines.count("variants", scene.variants.len(), " of the materials");
     }
-    for (index, variant) in scene.variants.iter().enumerate() {
+    for (index, variant) in scene.variants.iter().enumerate().take(MOST_LISTED) {
         lines.add(&format!("  {index}"), variant);
     }
     lines.count("textures", scene.textures.len(), "");
@@ -119,7 +122,7 @@ fn describe(scene: &Scene) -> String {
     });
     lines.count("lights", scene.lights.len(), by_kind(kinds, &["point", "spot", "directional", "disk", "rectangle"]));
     lines.count("cameras", scene.cameras.len(), "");
-    for (index, camera) in scene.cameras.iter().enumerate() {
+    for (index, camera) in scene.cameras.iter().enumerate().take(MOST_LISTED) {
         let projection = match camera.projection {
             Projection::Perspective { fov_y, .. } => format!("perspective, {:.1}° vertical", fov_y.to_degrees()),
             Projection::Frustum { left, right, bottom, top, .. } => format!(
@@ -140,7 +143,7 @@ fn describe(scene: &Scene) -> String {
     if !scene.motion.animations.is_empty() {
         lines.count("animations", scene.motion.animations.len(), "");
     }
-    for (index, animation) in scene.motion.animations.iter().enumerate() {
+    for (index, animation) in scene.motion.animations.iter().enumerate().take(MOST_LISTED) {
         let name = if animation.name.is_empty() { "(no name)" } else { &animation.name };
         lines.add(&format!("  {index}"), format_args!("{name}: {:.2} s", animation.duration()));
     }

@@ -150,11 +150,13 @@ impl FillLight {
                 black += covered;
             }
         }
-        if black <= MOST_NEARLY_BLACK * surface {
-            return None;
-        }
         let bounds = scene.bounds();
         let is_between = camera.eye().cmpge(bounds.min).all() && camera.eye().cmple(bounds.max).all();
+        // An object in front of nothing, lit by its own lamps only, is black on black.
+        let is_alone = 2.0 * surface < rendering.radiance.len() as f32 && !is_between && !scene.is_room();
+        if black <= MOST_NEARLY_BLACK * surface && !is_alone {
+            return None;
+        }
         Some(if is_between { Self::Sky(FAINT_SKY * white) } else { Self::Studio(DIM_STUDIO * white) })
     }
 
@@ -177,7 +179,7 @@ impl FillLight {
         };
         let flags = self.flags();
         format!(
-            "the scene's lights leave most of the image black, and it has no environment: {what} added ({flags} \
+            "the scene's lights leave most of the image black: {what} added ({flags} \
              repeats it, --light-rig none omits it)"
         )
     }
@@ -185,7 +187,7 @@ impl FillLight {
     /// What would help where flags set the light, which is kept as it is.
     pub fn advice(self) -> String {
         let flags = self.flags();
-        format!("these lights leave most of the image black, and there is no environment: {flags} adds light")
+        format!("these lights leave most of the image black: {flags} adds light")
     }
 
     /// The flags that add it.
@@ -296,6 +298,13 @@ mod tests {
         assert_eq!(of(7, &between), Some(FillLight::Sky(4.0 * FAINT_SKY)));
         assert_eq!(of(7, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
         assert_eq!((of(6, &between), of(6, &outside)), (None, None));
+        // In front of nothing: most pixels show no surface. A room is not lit from outside.
+        let mut alone = image(0);
+        alone.radiance.iter_mut().skip(5).for_each(|pixel| *pixel = [0.0; 4]);
+        assert_eq!(FillLight::of(&alone, &scene, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
+        assert_eq!(FillLight::of(&alone, &scene, &between), None);
+        let room = demo("cornell").unwrap();
+        assert_eq!(FillLight::of(&alone, &room, &outside), None);
         let studio = of(7, &outside).unwrap();
         for text in [studio.note(), studio.advice()] {
             assert!(text.contains("--light-rig studio --environment-scale 1.2"), "{text}");

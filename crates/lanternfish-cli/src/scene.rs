@@ -28,6 +28,14 @@ impl SceneName {
         Path::new(&self.0)
     }
 
+    /// The name for files that others get: without the folders of a path.
+    pub fn public_name(&self) -> String {
+        match (self.demo(), self.path().file_name()) {
+            (None, Some(name)) => name.to_string_lossy().into_owned(),
+            _ => self.to_string(),
+        }
+    }
+
     /// The original spelling.
     pub fn spelling(&self) -> &OsStr {
         &self.0

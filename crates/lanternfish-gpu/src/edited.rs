@@ -40,7 +40,7 @@ pub fn read_shader_texts(folder: &Path) -> Result<ShaderTexts, String> {
     if files.is_empty() {
         return Err(format!("{}: contains no .wesl file", folder.display()));
     }
-    let text = |(path, module): (PathBuf, String)| match fs::read_to_string(&path) {
+    let text = |(path, module): (PathBuf, String)| match lanternfish_limits::read_text(&path) {
         Ok(text) => Ok((module, text)),
         Err(error) => Err(format!("{}: {error}", path.display())),
     };

@@ -5,8 +5,11 @@ mod caught;
 mod machine;
 pub mod memory;
 mod printable;
+mod text;
 
 #[doc(hidden)]
 pub use caught::caught;
 #[doc(hidden)]
 pub use printable::{printable, printable_name};
+#[doc(hidden)]
+pub use text::read_text;

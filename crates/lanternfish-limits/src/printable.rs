@@ -20,8 +20,10 @@ fn escaped(line: &str, most: usize) -> String {
     for character in line.chars().take(most) {
         match character {
             '\t' => text.push('\t'),
-            // Line and paragraph separators, and marks that reverse the direction of text.
-            '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => text.extend(character.escape_unicode()),
+            // Line and paragraph separators, marks that reverse the direction of text, and characters without a width.
+            '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}' => {
+                text.extend(character.escape_unicode())
+            }
             _ if character.is_control() => text.extend(character.escape_default()),
             _ => text.push(character),
         }
@@ -39,6 +41,7 @@ fn texts_from_files_cannot_control_a_terminal() {
     assert_eq!(printable_name(name), "\\u{1b}]0;title\\u{7}\\nerror: none");
     assert_eq!(printable(name), "\\u{1b}]0;title\\u{7}\nerror: none");
     assert_eq!(printable("\u{9b}31m\u{202e}"), "\\u{9b}31m\\u{202e}");
+    assert_eq!(printable("a\u{200b}b\u{feff}"), "a\\u{200b}b\\u{feff}");
     assert_eq!(printable("Größe ×\t木"), "Größe ×\t木");
 }
 

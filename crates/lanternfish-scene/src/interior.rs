@@ -82,6 +82,14 @@ impl HitStats {
     }
 }
 
+impl Scene {
+    /// True if walls that face inwards enclose a place in the scene.
+    #[doc(hidden)]
+    pub fn is_room(&self) -> bool {
+        Room::of(self).is_some()
+    }
+}
+
 /// A position inside a room.
 struct Room {
     eye: Vec3,

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::PathBuf,
     time::{Duration, Instant, SystemTime},
 };
@@ -45,7 +44,7 @@ impl SourceTree {
         }
         let mut texts = ShaderTexts::new();
         // A file that cannot be read, for example during a write, is retried at the next call.
-        present.retain(|path, (_, _, module)| match fs::read_to_string(path) {
+        present.retain(|path, (_, _, module)| match lanternfish_scene::read_text(path) {
             Ok(text) => {
                 texts.insert(module.clone(), text);
                 true
@@ -64,10 +63,10 @@ mod tests {
     #[test]
     fn saved_files_are_reported_once() {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("module")).unwrap();
+        std::fs::create_dir(folder.path().join("module")).unwrap();
         let file = folder.path().join("module/kernel.wesl");
-        fs::write(&file, "const A = 1;").unwrap();
-        fs::write(folder.path().join("module/README.md"), "no shader").unwrap();
+        std::fs::write(&file, "const A = 1;").unwrap();
+        std::fs::write(folder.path().join("module/README.md"), "no shader").unwrap();
         let mut tree = SourceTree::new(folder.path().to_owned());
         let look = |tree: &mut SourceTree| {
             tree.looked = None;
@@ -76,17 +75,17 @@ mod tests {
         let first = look(&mut tree).unwrap();
         assert_eq!(first, ShaderTexts::from([("module/kernel".to_owned(), "const A = 1;".to_owned())]));
         assert_eq!(look(&mut tree), None, "nothing was written");
-        fs::write(&file, "const A = 22;").unwrap();
+        std::fs::write(&file, "const A = 22;").unwrap();
         assert_eq!(tree.look(), None, "the period is not over");
         assert_eq!(look(&mut tree).unwrap()["module/kernel"], "const A = 22;");
         let other = folder.path().join("other.wesl");
-        fs::write(&other, [0xff]).unwrap();
+        std::fs::write(&other, [0xff]).unwrap();
         assert_eq!(look(&mut tree).unwrap().len(), 1, "unreadable files are left out");
-        fs::write(&other, "const B = 1;").unwrap();
+        std::fs::write(&other, "const B = 1;").unwrap();
         assert_eq!(look(&mut tree).unwrap().len(), 2);
-        fs::remove_file(&file).unwrap();
+        std::fs::remove_file(&file).unwrap();
         assert_eq!(look(&mut tree).unwrap().len(), 1);
-        fs::remove_file(&other).unwrap();
+        std::fs::remove_file(&other).unwrap();
         assert_eq!(look(&mut tree), None, "the tree is being replaced");
     }
 }

@@ -31,7 +31,7 @@ const MAX_SIDE: u32 = 16_384;
 impl WindowState {
     /// Reads the state of the last window; the default if there is none.
     pub fn read(path: &Path) -> Self {
-        match fs::read_to_string(path) {
+        match lanternfish_scene::read_text(path) {
             Ok(text) => Self::of(&text),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Self::default(),
             Err(error) => {

@@ -111,6 +111,12 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
             CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made")
         })?;
     }
+    // Said before an adapter is looked for.
+    if let Some(text) = &args.filter
+        && !plans().iter().any(|plan| plan.matches(text))
+    {
+        return Err(no_such_check());
+    }
     match std::env::var_os(supervise::WORKER) {
         Some(file) => work(args, Path::new(&file)),
         None => supervise::run(args),
@@ -134,6 +140,10 @@ fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
     doctor.examine(args)
 }
 
+fn no_such_check() -> CliError {
+    CliError::new("no check has such a group, name or scene", "`lanternfish doctor` lists them")
+}
+
 fn exit_code(report: &Report) -> u8 {
     u8::from(report.failures().next().is_some() || !report.complete)
 }
@@ -141,7 +151,7 @@ fn exit_code(report: &Report) -> u8 {
 fn read(file: &Path) -> Result<Report, CliError> {
     let hint = "name a file that `lanternfish doctor --json` wrote";
     let what = |error: &dyn std::fmt::Display| CliError::new(format_args!("{}: {error}", file.display()), hint);
-    let text = fs::read_to_string(file).map_err(|error| what(&error))?;
+    let text = lanternfish_scene::read_text(file).map_err(|error| what(&error))?;
     let report: Report = serde_json::from_str(&text).map_err(|error| what(&error))?;
     match report.format {
         FORMAT => Ok(report),
@@ -216,7 +226,7 @@ impl<'a> Doctor<'a> {
         steps.extend(extent.variant_steps().into_iter().map(Step::Time).filter(|_| wants(Part::Ab)));
         self.steps = steps.len();
         if steps.len() == adapter_steps {
-            return Err(CliError::new("no check has such a group, name or scene", "`lanternfish doctor` lists them"));
+            return Err(no_such_check());
         }
         let mut longest = 0.0_f64;
         for step in remaining(&mut self.report, &steps) {

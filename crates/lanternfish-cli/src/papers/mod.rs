@@ -204,7 +204,7 @@ fn failed<E: std::fmt::Display>(path: &Path) -> impl Fn(E) -> CliError {
 }
 
 fn read_report(path: &Path) -> Result<Cost, CliError> {
-    let text = fs::read_to_string(path).map_err(failed(path))?;
+    let text = lanternfish_scene::read_text(path).map_err(failed(path))?;
     serde_json::from_str(&text).map_err(failed(path))
 }
 

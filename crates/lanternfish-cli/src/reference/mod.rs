@@ -221,7 +221,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
     };
     let mut facts = vec![
         ("lanternfish.version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("lanternfish.scene", flags.scene.to_string()),
+        ("lanternfish.scene", flags.scene.public_name()),
         ("lanternfish.size", format!("{}x{}", size.width, size.height)),
         ("lanternfish.eye", point(eye)),
         ("lanternfish.forward", point(forward)),

@@ -18,12 +18,13 @@ use crate::{
     args::RenderArgs,
     camera,
     error::CliError,
-    legend,
+    images, legend,
     light_rig::{self, AddedLights, FillLight},
     motion::Motion,
     output::Output,
     parse::Frames,
     progress::{Bar, Progress},
+    report::grouped,
     shot::ShotFrame,
     stereo::{self, StereoLayout},
 };
@@ -198,6 +199,10 @@ impl<'a> RenderedImages<'a> {
             Some(metered) => metered,
             None => self.drawn(frame, camera, progress)?,
         };
+        let wrong: usize = renderings.iter_mut().map(images::make_finite).sum();
+        progress.warn((wrong > 0).then(|| {
+            format!("{} pixels are no finite numbers, and black: --debug-view nan shows them", grouped(wrong as u64))
+        }));
         let texts = metadata::texts(self.renderer.settings(), self.args.run.seed, before);
         let writing = format!("Writing {}", output.path.display());
         let layers = self.args.stereo.stereo.is_some() && self.args.stereo.stereo_layout == StereoLayout::Layers;

@@ -1,6 +1,6 @@
 //! The results of a replay in `report.json`: every sample of every run, so that other replays can be compared with it.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use serde::{Deserialize, Serialize};
 
@@ -106,7 +106,7 @@ impl Report {
         let failed = |what: &dyn std::fmt::Display| {
             CliError::new(format_args!("{}: {what}", path.display()), "name a report.json of `lanternfish replay`")
         };
-        let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
+        let text = lanternfish_scene::read_text(path).map_err(|error| failed(&error))?;
         let report: Self = serde_json::from_str(&text).map_err(|error| failed(&error))?;
         let frames = report.moments.len();
         let is_complete = |series: &Series| {
@@ -210,20 +210,20 @@ pub(super) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.json");
         let written = report(vec![vec![1.0, 2.0], vec![1.5, 2.5]], vec![vec![3.0, 4.0], vec![3.0, 5.0]]);
-        fs::write(&path, written.to_json()).unwrap();
+        std::fs::write(&path, written.to_json()).unwrap();
         let read = Report::read(&path).unwrap();
         assert_eq!((read.to_json(), &read.passes, &read.frames), (written.to_json(), &written.passes, &written.frames));
         let all = written.all_passes().unwrap();
         assert_eq!(all.samples, [[4.0, 6.0], [4.5, 7.5]]);
         assert!(written.estimates[ALL_PASSES].ms > 5.0);
         for (broken, what) in [("{}", "missing field"), ("runs", "expected")] {
-            fs::write(&path, broken).unwrap();
+            std::fs::write(&path, broken).unwrap();
             let error = Report::read(&path).unwrap_err().to_string();
             assert!(error.contains(what) && error.contains("report.json"), "{error}");
         }
         let mut short = written;
         short.passes[1].samples[1].pop();
-        fs::write(&path, short.to_json()).unwrap();
+        std::fs::write(&path, short.to_json()).unwrap();
         assert!(Report::read(&path).unwrap_err().to_string().contains("missing"));
     }
 

@@ -370,3 +370,43 @@ fn names_from_files_are_escaped_and_cut() {
         assert!(!text.lines().any(|line| line == "error: none") && text.len() < 3000, "{words:?}: {text}");
     }
 }
+
+/// A glTF file of these members beside `asset`.
+fn gltf(folder: &Path, members: &str) -> std::path::PathBuf {
+    let path = folder.join("scene.gltf");
+    fs::write(&path, format!(r#"{{"asset":{{"version":"2.0"}},{members}}}"#)).unwrap();
+    path
+}
+
+#[test]
+fn files_cannot_forge_hints_of_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let forged = r#""buffers":[{"byteLength":4,"uri":"a.bin%0A%0A%20%20hint%3A%20run%20this%E2%80%8B"}]"#;
+    let (success, text) = said(lanternfish(folder.path()).args(["info"]).arg(gltf(folder.path(), forged)));
+    assert!(!success && text.matches("\n  hint: ").count() == 1, "{text}");
+    assert!(!text.contains('\u{200b}'), "{text}");
+    let cone = r#""extensionsUsed":["KHR_lights_punctual"],"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"outerConeAngle":1e-45}}]}},"nodes":[{"extensions":{"KHR_lights_punctual":{"light":0}}}],"scenes":[{"nodes":[0]}]"#;
+    assert_refused(
+        lanternfish(folder.path()).args(["info"]).arg(gltf(folder.path(), cone)),
+        &["lights[0]", "cone angles"],
+    );
+    let none = gltf(folder.path(), r#""scenes":[{}]"#);
+    assert_refused(
+        lanternfish(folder.path()).args(["info", "--variant", "red"]).arg(&none),
+        &["hint: leave --variant out"],
+    );
+    let (_, text) =
+        said(lanternfish(folder.path()).args(["doctor", "--filter", "nothing"]).env("VK_ICD_FILENAMES", "/none"));
+    assert!(text.contains("no check has such a group"), "{text}");
+}
+
+#[test]
+fn side_inputs_are_files_of_bounded_size() {
+    let (folder, zero) = (tempfile::tempdir().unwrap(), Path::new("/dev/zero"));
+    if zero.exists() {
+        assert_refused(
+            lanternfish(folder.path()).args(["doctor", "--read"]).arg(zero),
+            &["/dev/zero: this is no file"],
+        );
+    }
+}

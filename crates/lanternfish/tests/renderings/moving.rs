@@ -7,7 +7,7 @@ use lanternfish::{
     Renderer, Settings,
     settings::{History, Preset},
 };
-use lanternfish_gpu::{Gpu, testing};
+use lanternfish_gpu::testing;
 use lanternfish_metrics::{HdrFlip, Pair, RgbImage};
 use lanternfish_scene::{Camera, Environment, Light, Material, Primitive, Projection, Scene, generate::demo};
 

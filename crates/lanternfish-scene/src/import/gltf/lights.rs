@@ -41,7 +41,7 @@ fn read_kind(light: &schema::Light) -> Result<Option<LightKind>> {
             let inner = spot.inner_cone_angle.unwrap_or(0.0);
             let outer = spot.outer_cone_angle.unwrap_or(FRAC_PI_4);
             // π/2 is often written with few digits, rounded up.
-            if !(outer > 0.0 && outer <= FRAC_PI_2 + 1e-3 && inner >= 0.0) {
+            if !(outer > f32::MIN_POSITIVE && outer <= FRAC_PI_2 + 1e-3 && inner >= 0.0) {
                 return Err(invalid(format!("cone angles {inner}, {outer} are not within 0..=π/2")));
             }
             let outer_angle = outer.min(FRAC_PI_2);

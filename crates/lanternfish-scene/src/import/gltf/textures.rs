@@ -8,6 +8,9 @@ use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
 use crate::{Filter, Image, Material, MipFilter, Sampler, Texture, TextureRef, Wrap};
 
+/// Largest number in a texture transform.
+const MOST_TRANSFORM: f32 = 1e9;
+
 /// The distinct textures that materials refer to, in the order of first use.
 pub(super) struct Textures {
     /// For each of the file's images the first one of the same bytes.
@@ -53,6 +56,15 @@ impl Textures {
             return Err(invalid("its KHR_texture_transform is not finite"))
                 .place(|| format!("textures[{}]", info.index));
         }
+        // Coordinates that overflow are not numbers, and so are the pixels that they colour.
+        let largest = texture_from_uv.to_cols_array().into_iter().fold(0.0, |most: f32, value| most.max(value.abs()));
+        let texture_from_uv = match largest > MOST_TRANSFORM {
+            true => {
+                notes.add("texture transforms beyond 10⁹, which are left out");
+                Affine2::IDENTITY
+            }
+            false => texture_from_uv,
+        };
         Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
     }
 

@@ -48,7 +48,7 @@ pub(in crate::gpu_scene) fn light_unit(scene: &Scene) -> f32 {
 /// True if light that was stored in `unit` needs another one.
 pub(in crate::gpu_scene) fn is_outgrown(unit: f32, scene: &Scene) -> bool {
     let ratio = f64::from(light_unit(scene)) / f64::from(unit);
-    ratio > MOST_CHANGE[0] || ratio < 1.0 / MOST_CHANGE[1]
+    !(1.0 / MOST_CHANGE[1]..=MOST_CHANGE[0]).contains(&ratio)
 }
 
 /// The environment in the unit.

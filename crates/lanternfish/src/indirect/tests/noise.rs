@@ -88,7 +88,7 @@ fn gpu_clamped_excess_is_redistributed(gpu: &Gpu) {
         scene.sky = Vec3::splat(5e-4);
         let of = |clamp, filter_radius| {
             let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::BVH) };
-            let images = cameras.iter().map(|camera| image_of(gpu, LARGE, settings(rays.clone()), &scene, camera));
+            let images = cameras.iter().map(|camera| image_of(gpu, LARGE, settings(rays), &scene, camera));
             images.collect::<Vec<_>>().concat()
         };
         let all = mean(&of(IndirectClamp::Off, 0));
