@@ -48,8 +48,8 @@ pub use fault::SceneFault;
 pub use framing::Viewpoint;
 pub use import::{LoadOptions, load, load_with};
 #[doc(hidden)]
-#[doc(hidden)]
 pub use lanternfish_limits::read_text;
+#[doc(hidden)]
 pub use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};

@@ -236,7 +236,7 @@ impl Passes {
         let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
         let renderings: Vec<_> = shown.map(|(_, shaded)| shaded.rendering()).collect();
         if self.debug_views.is_none() && !renderings.is_empty() {
-            self.output.meter(frame, &renderings, context.scene.light_unit)?;
+            self.output.meter(frame, &renderings, context.scene.light_unit())?;
         }
         self.present.begin();
         let mut finished = Vec::with_capacity(views.len());
@@ -337,13 +337,13 @@ impl Passes {
     ) -> Result<Option<wgpu::TextureView>, RenderError> {
         match target {
             Some((_, Target::Radiance(to))) => {
-                self.present.copy(frame, shaded.rendering(), view.scene.light_unit, to)?;
+                self.present.copy(frame, shaded.rendering(), view.scene.light_unit(), to)?;
                 Ok(None)
             }
             Some((_, Target::Demodulated { direct, indirect })) => {
-                self.present.copy(frame, &shaded.radiance.target, view.scene.light_unit, direct)?;
+                self.present.copy(frame, &shaded.radiance.target, view.scene.light_unit(), direct)?;
                 if let Some(light) = &shaded.indirect_light {
-                    self.present.copy(frame, light, view.scene.light_unit, indirect)?;
+                    self.present.copy(frame, light, view.scene.light_unit(), indirect)?;
                 }
                 Ok(None)
             }
@@ -364,7 +364,7 @@ impl Passes {
     /// Writes the display image of a view: its exposed image, or the debug view.
     fn show_image(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded, display: &wgpu::TextureView) {
         match &self.debug_views {
-            None => self.output.record(frame, shaded.rendering(), view.scene.light_unit, display),
+            None => self.output.record(frame, shaded.rendering(), view.scene.light_unit(), display),
             Some(debug_views) => debug_views.record(frame, view, shaded, display),
         }
     }

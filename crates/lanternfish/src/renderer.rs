@@ -213,7 +213,7 @@ impl Renderer {
     /// A view with the properties of settings and device.
     fn completed(&self, view: View, scene: &GpuScene) -> View {
         View {
-            light_unit: scene.light_unit,
+            light_unit: scene.light_unit(),
             samples: self.effective.image.samples.count(),
             vertex_grid: self.vertex_grid,
             ..view

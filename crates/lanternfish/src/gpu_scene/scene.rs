@@ -21,7 +21,7 @@ use super::{
     upload::{
         cost,
         geometry::{Geometry, ImageBehind},
-        light_unit::{light_unit, stored_environment},
+        light_unit::{StoredLight, stored_environment},
         lights::{LIGHTS, has_area_lights, light_set, packed_lights},
         lobes::MaterialStorage,
         materials::Materials,
@@ -58,8 +58,8 @@ pub struct GpuScene {
     pub(crate) traced_triangles: u32,
     /// Radiance of the background, nits.
     pub(crate) sky: Vec3,
-    /// Nits that are stored as 1: see `upload/light_unit.rs`.
-    pub(crate) light_unit: f32,
+    /// Unit of stored light: see `upload/light_unit.rs`.
+    pub(super) stored: StoredLight,
     /// The background as an image, if the scene has one.
     pub(crate) environment: Option<EnvironmentImage>,
     /// Light of the environment, if the settings require it.
@@ -96,7 +96,7 @@ impl GpuScene {
         needs: SceneRequirements,
     ) -> Result<Self, RenderError> {
         scene.validate()?;
-        Self::with(device, queue, scene, needs, Unchanged::default())
+        Self::with(device, queue, scene, needs, StoredLight::of(scene), Unchanged::default())
     }
 
     /// An error if the process may not allocate what uploading a valid scene needs.
@@ -110,13 +110,14 @@ impl GpuScene {
         queue: &wgpu::Queue,
         scene: &Scene,
         needs: SceneRequirements,
+        light: StoredLight,
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
         let SceneRequirements { shading, parts, .. } = needs;
         Self::check_memory(scene, &needs)?;
         let textures =
             Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
-        let light_unit = light_unit(scene);
+        let StoredLight { light_unit, .. } = light;
         let storage = MaterialStorage { shading, light_unit };
         let materials = Materials::new(device, scene, storage, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
@@ -175,7 +176,7 @@ impl GpuScene {
             textures,
             traced_triangles: triangles.len() as u32,
             sky: scene.sky / light_unit,
-            light_unit,
+            stored: light,
             environment,
             environment_light,
             materials,
@@ -233,7 +234,7 @@ impl GpuScene {
     /// Nits that are stored as 1 on the device: see `upload/light_unit.rs`.
     #[doc(hidden)]
     pub fn light_unit(&self) -> f32 {
-        self.light_unit
+        self.stored.light_unit
     }
 
     /// World-space box around its geometry, m.

@@ -25,7 +25,7 @@ use super::{
     tracing::{emissive, pose, tlas::Tlas},
     upload::{
         geometry::standing,
-        light_unit::{is_outgrown, stored_environment},
+        light_unit::stored_environment,
         lights::{LIGHTS, has_area_lights, light_bounds, light_set, packed_lights},
         lobes::MaterialStorage,
     },
@@ -66,10 +66,15 @@ impl GpuScene {
     ) -> Result<(), RenderError> {
         scene.validate()?;
         let outline = Outline::of(scene);
-        if is_outgrown(self.light_unit, scene) {
-            *self = Self::with(device, queue, scene, self.needs, Unchanged::default())?;
+        let light = self.stored.next(scene, self.placed.outline.has_environment_of(&outline));
+        if light.light_unit != self.stored.light_unit {
+            // All but the images is stored in the unit.
+            let images = if self.placed.is_distrusted { Default::default() } else { self.unchanged(&outline).images };
+            let unchanged = Unchanged { images, ..Unchanged::default() };
+            *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
+        self.stored = light;
         if let (Some(_), Some(environment)) = (&self.environment, &scene.environment)
             && !self.placed.outline.has_environment_of(&outline)
         {
@@ -78,12 +83,12 @@ impl GpuScene {
         }
         if self.placed.is_distrusted || outline != self.placed.outline {
             let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
-            *self = Self::with(device, queue, scene, self.needs, unchanged)?;
+            *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
         self.placed.revision = next_number();
         self.update_lights(device, queue, scene)?;
-        self.sky = scene.sky / self.light_unit;
+        self.sky = scene.sky / self.light_unit();
         self.materials.update(queue, scene, self.material_storage(), &self.textures);
         self.geometry.set_materials(self.needs.shading, |material| scene.materials.get(material));
         if let Some(hits) = &self.hits {
@@ -171,7 +176,7 @@ impl GpuScene {
         queue: &wgpu::Queue,
         environment: &Environment,
     ) -> Result<(), RenderError> {
-        let environment = &*stored_environment(environment, self.light_unit);
+        let environment = &*stored_environment(environment, self.light_unit());
         let image = EnvironmentImage::new(device, queue, environment)?;
         if self.environment_light.is_some() {
             self.environment_light = Some(EnvironmentLight::new(device, queue, Some((environment, &image)))?);
@@ -193,11 +198,11 @@ impl GpuScene {
     }
 
     pub(super) fn material_storage(&self) -> MaterialStorage {
-        MaterialStorage { shading: self.needs.shading, light_unit: self.light_unit }
+        MaterialStorage { shading: self.needs.shading, light_unit: self.light_unit() }
     }
 
     fn update_lights(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Result<(), RenderError> {
-        let lights = packed_lights(scene, &self.needs.lights, self.light_unit, &device.limits())?;
+        let lights = packed_lights(scene, &self.needs.lights, self.light_unit(), &device.limits())?;
         if lights.len() == self.lights.capacity as usize {
             queue.write_buffer(&self.lights.lights, 0, bytemuck::cast_slice(&lights));
             self.lights.bounds = light_bounds(scene);

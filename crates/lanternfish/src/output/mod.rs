@@ -30,6 +30,9 @@ gpu_struct! {
         curve: u32,
         /// Nits that are stored as 1.
         light_unit: f32,
+        /// Largest radiance of a caller's texture, nits.
+        most: f32,
+        _pad: f32,
     }
 }
 
@@ -118,7 +121,7 @@ impl Output {
     }
 
     fn parameters(&self, frame: &mut Frame<'_>, light_unit: f32) -> BufferPart {
-        frame.uniform(&OutputParameters { curve: self.tone_map as u32, light_unit })
+        frame.uniform(&OutputParameters { curve: self.tone_map as u32, light_unit, ..Default::default() })
     }
 }
 

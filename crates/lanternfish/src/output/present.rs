@@ -84,7 +84,10 @@ impl Present {
         light_unit: f32,
         to: &wgpu::TextureView,
     ) -> Result<(), RenderError> {
-        let parameters = frame.uniform(&OutputParameters { light_unit, ..Default::default() });
+        // A half float beyond its range would be infinite.
+        let is_half = to.texture().format() == wgpu::TextureFormat::Rgba16Float;
+        let most = if is_half { half::f16::MAX.to_f32() } else { f32::MAX };
+        let parameters = frame.uniform(&OutputParameters { light_unit, most, ..Default::default() });
         let bindings = Bindings::new().texture("image_texture", radiance).part("output_parameters", &parameters);
         let pipeline = self.pipeline(frame.device, to.texture().format(), Some(STORED))?;
         show(frame, pipeline, LABEL, &bindings, to);

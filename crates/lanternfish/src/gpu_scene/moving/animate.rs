@@ -113,7 +113,7 @@ impl GpuScene {
             self.check_light(index, placed.as_ref())?;
             // A light whose area has shrunk to zero emits nothing.
             let light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..scene.lights[index].clone() });
-            let packed = PackedLight::new(&light, &self.needs.lights).in_unit(self.light_unit);
+            let packed = PackedLight::new(&light, &self.needs.lights).in_unit(self.light_unit());
             if self.lights.on_host[index] != packed {
                 changed.push((index, packed));
             }

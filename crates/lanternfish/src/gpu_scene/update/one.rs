@@ -6,7 +6,7 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene, SceneFault};
 
 use super::{
-    super::{moving::sent::Sent, scene::GpuScene, tracing::emissive},
+    super::{moving::sent::Sent, scene::GpuScene, tracing::emissive, upload::light_unit::is_too_bright},
     placed::next_number,
 };
 use crate::{error::RenderError, lights::Light};
@@ -20,8 +20,13 @@ impl GpuScene {
         light: &SceneLight,
     ) -> Result<Sent, RenderError> {
         self.check_light(index, Some(light))?;
+        if is_too_bright(self.light_unit(), Some(light), None) {
+            return Err(RenderError::NeedsUpdate {
+                what: format!("light {index}: it is too bright for the unit of light"),
+            });
+        }
         let bytes =
-            self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights).in_unit(self.light_unit))])?;
+            self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights).in_unit(self.light_unit()))])?;
         Ok(Sent { bytes, ..Sent::default() })
     }
 
@@ -89,6 +94,9 @@ impl GpuScene {
                 return needs_update("it has other textures, another alpha mode, other sides, transmission or volume");
             }
             Some(true) => {}
+        }
+        if is_too_bright(self.light_unit(), None, Some(material)) {
+            return needs_update("its emission is too bright for the unit of light");
         }
         let shining = emissive::shining_of(material);
         if self.needs.parts.hits && shining != self.placed.shining[index] {

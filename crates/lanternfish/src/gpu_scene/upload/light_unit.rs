@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use lanternfish_scene::{Environment, LightKind, Scene};
+use lanternfish_scene::{Environment, Light, LightKind, Material, Scene};
 
 /// Illuminance of the brightest lights, in the unit: a 64th of the largest half float, since highlights are brighter.
 const BRIGHT: f64 = 1024.0;
@@ -15,40 +15,79 @@ const USUAL: std::ops::RangeInclusive<f64> = -8.0..=2.0;
 /// Factor by which light may become brighter or darker in updates until it is stored in another unit.
 const MOST_CHANGE: [f64; 2] = [8.0, 4096.0];
 
+/// How a scene's light is stored.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::gpu_scene) struct StoredLight {
+    /// Nits that are stored as 1.
+    pub light_unit: f32,
+    /// [`of_environment`], so that updates need not sum it again.
+    pub environment: f64,
+}
+
+impl StoredLight {
+    /// For a new upload.
+    pub fn of(scene: &Scene) -> Self {
+        let environment = scene.environment.as_ref().map_or(0.0, of_environment);
+        Self { light_unit: light_unit(scene, environment), environment }
+    }
+
+    /// For an update; `is_same`: the environment has not changed.
+    pub fn next(self, scene: &Scene, is_same: bool) -> Self {
+        let environment = match &scene.environment {
+            Some(_) if is_same => self.environment,
+            environment => environment.as_ref().map_or(0.0, of_environment),
+        };
+        Self { light_unit: next_unit(self.light_unit, scene, environment), environment }
+    }
+}
+
+/// Illuminance that stands for a light, lx.
+fn of_light(light: &Light) -> f64 {
+    let intensity = f64::from(light.intensity.max_element());
+    match light.kind {
+        LightKind::Directional => intensity,
+        LightKind::Point | LightKind::Spot { .. } => intensity / (NEAR * NEAR),
+        LightKind::Disk { .. } | LightKind::Rectangle { .. } => intensity / EMITTED,
+    }
+}
+
+/// The same for what a material emits.
+fn of_material(material: &Material) -> f64 {
+    let unlit = if material.unlit { material.base_color.truncate().max_element() } else { 0.0 };
+    f64::from(material.emissive.max_element().max(unlit)) / EMITTED
+}
+
+/// The same for an environment: the sum of its light from all around.
+fn of_environment(environment: &Environment) -> f64 {
+    let sum: f64 = environment.pixels.iter().map(|pixel| f64::from(pixel.max_element())).sum();
+    4.0 * std::f64::consts::PI * sum / environment.pixels.len().max(1) as f64
+}
+
 /// Illuminance that stands for a scene's brightest light, lx; 0 for a scene without light.
-fn brightest(scene: &Scene) -> f64 {
-    let mut suns = 0.0;
-    let mut most = f64::from(scene.sky.max_element());
-    for light in &scene.lights {
-        let intensity = f64::from(light.intensity.max_element());
-        match light.kind {
-            LightKind::Directional => suns += intensity,
-            LightKind::Point | LightKind::Spot { .. } => most = most.max(intensity / (NEAR * NEAR)),
-            LightKind::Disk { .. } | LightKind::Rectangle { .. } => most = most.max(intensity / EMITTED),
-        }
-    }
-    for material in &scene.materials {
-        let unlit = if material.unlit { material.base_color.truncate().max_element() } else { 0.0 };
-        most = most.max(f64::from(material.emissive.max_element().max(unlit)) / EMITTED);
-    }
-    if let Some(Environment { pixels, .. }) = &scene.environment {
-        let sum: f64 = pixels.iter().map(|pixel| f64::from(pixel.max_element())).sum();
-        most = most.max(4.0 * std::f64::consts::PI * sum / pixels.len().max(1) as f64);
-    }
-    most.max(suns)
+fn brightest(scene: &Scene, environment: f64) -> f64 {
+    let suns = scene.lights.iter().filter(|light| light.kind == LightKind::Directional).map(of_light).sum();
+    let all = scene.lights.iter().map(of_light).chain(scene.materials.iter().map(of_material));
+    all.fold(environment.max(f64::from(scene.sky.max_element())).max(suns), f64::max)
 }
 
 /// Nits (and cd, lx) that are stored as 1: a power of two, so that other units give the same images to the bit but for what overflowed or
-/// lost precision.
-pub(in crate::gpu_scene) fn light_unit(scene: &Scene) -> f32 {
-    let stops = (brightest(scene) / BRIGHT).log2().ceil();
+/// lost precision. `environment`: [`of_environment`], 0 without one.
+fn light_unit(scene: &Scene, environment: f64) -> f32 {
+    let stops = (brightest(scene, environment) / BRIGHT).log2().ceil();
     if !stops.is_finite() || USUAL.contains(&stops) { 1.0 } else { stops.clamp(-60.0, 60.0).exp2() as f32 }
 }
 
-/// True if light that was stored in `unit` needs another one.
-pub(in crate::gpu_scene) fn is_outgrown(unit: f32, scene: &Scene) -> bool {
-    let ratio = f64::from(light_unit(scene)) / f64::from(unit);
-    !(1.0 / MOST_CHANGE[1]..=MOST_CHANGE[0]).contains(&ratio)
+/// The unit for a scene whose light was stored in `unit`: another one only after a large change. Without any light it stays.
+fn next_unit(unit: f32, scene: &Scene, environment: f64) -> f32 {
+    let now = light_unit(scene, environment);
+    let may_stay = (1.0 / MOST_CHANGE[1]..=MOST_CHANGE[0]).contains(&(f64::from(now) / f64::from(unit)));
+    if may_stay || brightest(scene, environment) == 0.0 { unit } else { now }
+}
+
+/// True if a single light or material is too bright for light that is stored in `unit`.
+pub(in crate::gpu_scene) fn is_too_bright(unit: f32, light: Option<&Light>, material: Option<&Material>) -> bool {
+    let illuminance = light.map_or(0.0, of_light).max(material.map_or(0.0, of_material));
+    illuminance > MOST_CHANGE[0] * BRIGHT * f64::from(unit).max(USUAL.end().exp2())
 }
 
 /// The environment in the unit.
@@ -62,14 +101,12 @@ pub(in crate::gpu_scene) fn stored_environment(environment: &Environment, unit: 
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-    use lanternfish_scene::{Light, Material};
-
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn the_unit_follows_the_brightest_light_and_is_a_power_of_two() {
-        let lit = |lights: Vec<Light>| light_unit(&Scene { lights, ..Scene::default() });
+        let lit = |lights: Vec<Light>| light_unit(&Scene { lights, ..Scene::default() }, 0.0);
         assert_eq!(lit(vec![]), 1.0);
         assert_eq!(lit(vec![Light::point(Vec3::ZERO, Vec3::splat(8.0))]), 1.0);
         let sun = |lux: f32| Light { kind: LightKind::Directional, ..Light::point(Vec3::ZERO, Vec3::splat(lux)) };
@@ -79,7 +116,7 @@ mod tests {
         let unit = lit(vec![Light::point(Vec3::ZERO, Vec3::splat(100.0))]);
         assert!(1e6 / std::f32::consts::PI / unit < 65504.0 / 4.0, "{unit}");
         let glowing = Material { emissive: Vec3::splat(1e-6), ..Material::default() };
-        let unit = light_unit(&Scene { materials: vec![glowing], ..Scene::default() });
+        let unit = light_unit(&Scene { materials: vec![glowing], ..Scene::default() }, 0.0);
         assert!(unit < 1e-9 && unit.log2().fract() == 0.0, "{unit}");
     }
 
@@ -89,7 +126,11 @@ mod tests {
             lights: vec![Light::point(Vec3::ZERO, Vec3::splat(intensity))],
             ..Scene::default()
         };
-        assert!(!is_outgrown(1.0, &scene(20.0)) && is_outgrown(1.0, &scene(1000.0)));
-        assert!(!is_outgrown(128.0, &scene(10.0)) && is_outgrown(128.0, &scene(0.001)));
+        let next = |unit, intensity| next_unit(unit, &scene(intensity), 0.0);
+        assert!(next(1.0, 20.0) == 1.0 && next(1.0, 1000.0) > 1.0);
+        assert!(next(128.0, 10.0) == 128.0 && next(128.0, 0.001) < 1.0);
+        assert_eq!(next(4096.0 * 64.0, 0.0), 4096.0 * 64.0);
+        let lamp = |intensity| Light::point(Vec3::ZERO, Vec3::splat(intensity));
+        assert!(is_too_bright(1e-6, Some(&lamp(1000.0)), None) && !is_too_bright(1e-6, Some(&lamp(10.0)), None));
     }
 }

@@ -2,13 +2,16 @@
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{Camera, Light, Material, Scene};
+use lanternfish_scene::{Camera, Environment, Light, Material, Scene};
 
 use crate::{
-    Settings,
-    settings::Attenuation,
+    GpuScene, RenderError, RenderedImage, Renderer, Settings,
+    settings::{Attenuation, Exposure, ImageSettings},
     techniques::{Denoise, LightRays, SampledLights},
-    testing::light::{floor, image_of, looking, matt},
+    testing::{
+        light::{floor, image_of, looking, matt},
+        quad,
+    },
 };
 
 const SIZE: UVec2 = UVec2::new(41, 31);
@@ -66,6 +69,55 @@ fn a_dark_scene_is_a_bright_one_with_less_light(gpu: &Gpu) {
             assert!((*dark / scale - bright).abs().max_element() <= 2e-3 * bright.max_element(), "{dark}, {bright}");
         }
     }
+}
+
+/// A floor, a glowing square and a lamp under an environment, with so many times the light.
+fn outdoors(scale: f32) -> Scene {
+    let mut scene = floor(matt(0.5));
+    scene.materials.push(Material { emissive: Vec3::splat(0.5 * scale), ..matt(0.5) });
+    scene.meshes[0].primitives.push(quad(1, Vec3::new(0.5, 0.3, 0.0), 0.2 * Vec3::X, 0.2 * Vec3::Y));
+    scene.lights = vec![Light::point(Vec3::new(0.0, 0.5, 0.0), Vec3::splat(4.0 * scale))];
+    let pixels = (0..128).map(|i| Vec3::splat(scale * (i % 5) as f32)).collect();
+    scene.environment = Some(Environment { width: 16, height: 8, pixels, rotation: 0.0 });
+    scene
+}
+
+/// Uploads, updates and every output agree on the unit: a scene that has become brighter, or of which a part has, is as if uploaded anew.
+#[gpu_test]
+fn light_that_is_stored_in_another_unit_is_the_same(gpu: &Gpu) {
+    const SCALE: f32 = 16384.0;
+    let camera = looking([0.0, 1.0, 2.0], [0.0, 0.2, 0.0]);
+    let settings =
+        Settings { image: ImageSettings { exposure: Exposure::Auto, ..Default::default() }, ..Settings::default() };
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let mut shown = |scene: &GpuScene| renderer.render(scene, &camera, SIZE.into()).unwrap();
+    let near = |a: &RenderedImage, b: &RenderedImage, scale: f32| {
+        let pairs = a.radiance.iter().flatten().zip(b.radiance.iter().flatten());
+        pairs.map(|(a, b)| (a - scale * b).abs() / (scale * b).max(0.01 * scale)).fold(0.0, f32::max)
+    };
+    let uploader = Renderer::with_engine(&testing::engine(gpu), Settings::default()).unwrap();
+    let upload = |scene: &Scene| uploader.upload(scene).unwrap();
+    let (dim, bright) = (outdoors(1.0), outdoors(SCALE));
+    let (mut of_dim, mut of_bright) = (shown(&upload(&dim)), shown(&upload(&bright)));
+    of_dim.radiance.iter_mut().chain(&mut of_bright.radiance).for_each(|pixel| pixel[3] = 0.0);
+    assert!(upload(&bright).light_unit() > 8.0 * upload(&dim).light_unit());
+    assert!(near(&of_bright, &of_dim, SCALE) < 0.02, "{}", near(&of_bright, &of_dim, SCALE));
+    assert_eq!(of_dim.exposure.unwrap() - of_bright.exposure.unwrap(), SCALE.log2());
+    // Updates: to a much brighter scene; and with another instance and an environment that stays, to a dimmer lamp.
+    let mut updated = upload(&dim);
+    uploader.update(&mut updated, &bright).unwrap();
+    assert_eq!(updated.light_unit(), upload(&bright).light_unit());
+    let mut dimmer = bright.clone();
+    dimmer.lights[0].intensity *= 0.1;
+    dimmer.instances.push(dimmer.instances[0].clone());
+    let mut kept = upload(&bright);
+    uploader.update(&mut kept, &dimmer).unwrap();
+    for (updated, scene) in [(updated, bright), (kept, dimmer)] {
+        let off = near(&shown(&updated), &shown(&upload(&scene)), 1.0);
+        assert!(off < 0.02, "{off}");
+    }
+    let lamp = Light::point(Vec3::Y, Vec3::splat(1e9));
+    assert!(matches!(uploader.set_light(&mut upload(&dim), 0, &lamp), Err(RenderError::NeedsUpdate { .. })));
 }
 
 /// A lamp 1 cm from the floor among 48 others: the mean of frames against every light.
