@@ -12,6 +12,7 @@ use super::{
         bvh::{self, Bvh},
         emissive,
         hits::Hits,
+        panes::Pane,
         tlas::Tlas,
     },
     update::{
@@ -71,6 +72,8 @@ pub struct GpuScene {
     pub(super) bvh: Option<Bvh>,
     pub(super) tlas: Option<Tlas>,
     pub(super) masks: wgpu::Buffer,
+    /// Thin surfaces through which shadow rays pass in part.
+    pub(super) panes: Vec<Pane>,
     /// Shading data of hits, if hits are shaded.
     pub(super) hits: Option<Hits>,
     /// Light trees, if a technique draws lights from them.
@@ -130,6 +133,7 @@ impl GpuScene {
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         tracing.decide_opacity(mask_bytes);
+        tracing.write_panes(scene, shading);
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
@@ -189,6 +193,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
+            panes: std::mem::take(&mut tracing.panes),
             hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
             light_trees,
             placed: Placed::new(scene, tracing),
