@@ -146,7 +146,9 @@ impl GpuScene {
         });
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
-        let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
+        // A ray query has no triangle for the slope of a pane.
+        let needs_bvh = parts.bvh || (parts.rays() && !tracing.panes.is_empty());
+        let bvh = needs_bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let stored = scene.environment.as_ref().map(|environment| stored_environment(environment, light_unit));
@@ -233,6 +235,11 @@ impl GpuScene {
                 bindings.resource("scene_tlas", tlas.tlas.as_binding()).buffer("tlas_triangles", &tlas.triangles);
         }
         bindings
+    }
+
+    /// True if shadow rays may pass a surface in part.
+    pub(crate) fn has_panes(&self) -> bool {
+        !self.panes.is_empty()
     }
 
     /// Nits that are stored as 1 on the device: see `upload/light_unit.rs`.
