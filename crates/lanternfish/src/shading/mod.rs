@@ -160,8 +160,11 @@ impl Forward {
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
                 let raster = raster.with_layers();
                 let raster = if is_sampled { raster } else { raster.lit_by_areas() };
-                let sees_panes = tracer.is_some_and(|tracer| !is_opaque || shadows::sees_panes(settings, tracer));
-                if sees_panes && !is_sampled { raster.lit_through_panes() } else { raster }
+                let sees_panes = match is_opaque {
+                    true => !is_sampled && tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer)),
+                    false => tracer.is_some(),
+                };
+                if sees_panes { raster.lit_through_panes() } else { raster }
             };
             LitPasses {
                 opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),

@@ -67,14 +67,14 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // Features that draws add.
             let sees_panes = tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer));
-            let no_panes = &[&[][..]];
-            let both = &[&[][..], &[PANES]];
+            let (no_panes, both) = (&[&[][..]][..], &[&[][..], &[PANES]][..]);
             let lit = |panes: &[&'static [Feature]]| -> Vec<Vec<Feature>> {
                 let lights = [&[][..], &[AREA_LIGHTS]];
                 lights.iter().flat_map(|lights| panes.iter().map(move |panes| [*lights, *panes].concat())).collect()
             };
             let lit_opaque = lit(if sees_panes { both } else { no_panes });
-            let lit_by_own_rays = lit(if tracer.is_some() { both } else { no_panes });
+            let own_rays = if tracer.is_some() { both } else { no_panes };
+            let lit_by_own_rays = lit(own_rays);
             for lights in &lit_opaque {
                 let features = [&shading::demodulated_features(settings, tracer, false)[..], lights].concat();
                 requested.entry("shading/demodulated").or_default().insert(features);
@@ -87,12 +87,16 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                 (&[&[][..], &[MASKED], &[LAYERED], &[MASKED, LAYERED]][..], &[&[][..], &[LAYERED]][..]);
             let from_behind = |transparent: &Vec<Feature>| [&transparent[..], &[FROM_BEHIND]].concat();
             let [behind, behind_sampled] = [&transparent, &transparent_sampled].map(from_behind);
-            for (features, draws) in
-                [(opaque_sampled, solid), (transparent_sampled, blended), (behind_sampled, blended)]
-            {
+            for (features, draws, panes) in [
+                (opaque_sampled, solid, no_panes),
+                (transparent_sampled, blended, own_rays),
+                (behind_sampled, blended, own_rays),
+            ] {
                 for draw in draws {
-                    let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
-                    requested.entry("shading/forward").or_default().extend(added);
+                    for panes in panes {
+                        let added = TEXTURES.iter().map(|textures| [&features[..], draw, *panes, textures].concat());
+                        requested.entry("shading/forward").or_default().extend(added);
+                    }
                 }
             }
             for (features, draws, lit) in [

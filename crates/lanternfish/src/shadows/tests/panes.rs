@@ -8,6 +8,7 @@ use crate::{
     Renderer, Settings,
     settings::{Indirect, Samples, Shadows, Tracer},
     shaders::{self, SHADERS},
+    techniques::{Denoise, SampledLights},
     testing::{
         light::{LARGE, looking, matt, sampled, settings, traced_of},
         quad, scene_of,
@@ -97,16 +98,25 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         assert!(queried < 0.05, "{queried}");
     }
 
+    let denoise = Denoise::Off;
+    let few = direct().with_direct(SampledLights { denoise, ..SampledLights::default() }).with_accumulate(64);
+    for samples in [Samples::One, Samples::Four] {
+        let of_samples = sunny(few.clone().with_samples(samples));
+        assert!(of_samples < 0.05, "sampled, {samples}: {of_samples}");
+    }
+
     // Blind shaders are caught.
     for (module, from, to) in [
         ("gpu_scene/mask", "ray_passes *= ", "ray_passes = 0.9 * "),
         ("shadows/tinted", "incoming.irradiance * part", "incoming.irradiance"),
+        ("direct_light/sampled/trace", "irradiance *= passes()", "irradiance *= 1.0"),
     ] {
         let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
         assert!(text.contains(from), "{module} has {from}");
         let engine = Engine::new(&gpu.device, &gpu.queue);
         shaders::edit(&engine, [(module.to_owned(), text.replace(from, to))].into());
-        let wrong = error(&drawn(&engine, direct(), &scene, &camera), &of_sun[0], &of_sun[1]);
+        let settings = if module.contains("sampled") { few.clone() } else { direct() };
+        let wrong = error(&drawn(&engine, settings, &scene, &camera), &of_sun[0], &of_sun[1]);
         assert!(wrong > 0.05, "blind to {to}: {wrong}");
     }
 }
