@@ -8,16 +8,16 @@ use crate::{
     Renderer, Settings,
     settings::{Indirect, Samples, Shadows, Tracer},
     shaders::{self, SHADERS},
-    techniques::{Denoise, SampledLights},
+    techniques::{Denoise, HitLight, Sampled, SampledLights},
     testing::{
-        light::{LARGE, looking, matt, sampled, settings, traced_of},
+        light::{LARGE, closed_box, looking, matt, sampled, settings, traced_of},
         quad, scene_of,
     },
 };
 
 /// A white floor. Above it a red pane and, in part of its way, a blue one; and beside them a leaf of half-transparent texels in half of its
 /// image. The camera is below them, above their shadows: the sun stands 35 degrees off the normal.
-fn scene() -> (Scene, Camera) {
+fn scene_with_panes() -> (Scene, Camera) {
     let glass = |r, g, b| Material {
         base_color: Vec3::new(r, g, b).extend(1.0),
         transmission: 1.0,
@@ -72,7 +72,7 @@ fn direct() -> Settings {
 
 #[gpu_test]
 fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
-    let (scene, camera) = scene();
+    let (scene, camera) = scene_with_panes();
     let without = |scene: &Scene| {
         let mut open = scene.clone();
         open.meshes[0].primitives.truncate(1);
@@ -118,5 +118,26 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         let settings = if module.contains("sampled") { few.clone() } else { direct() };
         let wrong = error(&drawn(&engine, settings, &scene, &camera), &of_sun[0], &of_sun[1]);
         assert!(wrong > 0.05, "blind to {to}: {wrong}");
+    }
+}
+
+/// Sun falls through the red pane that closes a box: what its walls scatter to one another has the path tracer's colours.
+#[gpu_test]
+fn gpu_light_behind_a_pane_bounces_in_the_colours_of_the_path_tracer(gpu: &Gpu) {
+    let mut scene = closed_box(matt(0.5));
+    scene.meshes[0].primitives[3].material = 1;
+    scene.materials.push(scene_with_panes().0.materials[1].clone());
+    scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, 0.2).normalize(), Vec3::splat(3.0))];
+    let camera = looking([0.0, 0.4, 0.9], [0.0, -0.2, 0.0]);
+    let less = |all: &[Vec3], direct: &[Vec3]| all.iter().sum::<Vec3>() - direct.iter().sum::<Vec3>();
+    let [one_bounce, of_sun] = [3, 2].map(|depth| traced_of(LARGE, &scene, &camera, depth, 256));
+    let engine = testing::engine(gpu);
+    let unlit = drawn(&engine, direct(), &scene, &camera);
+    let cached = Sampled { hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
+    for light in [sampled(Tracer::BVH), cached] {
+        let all = drawn(&engine, direct().with_indirect(light), &scene, &camera);
+        let ratio = less(&all, &unlit) / less(&one_bounce, &of_sun);
+        println!("{ratio}");
+        assert!((ratio - 1.0).abs().max_element() < 0.05, "{:?}: {ratio}", light.hit_light);
     }
 }
