@@ -116,6 +116,18 @@ impl Material {
             && self.perceptual_roughness <= MOST_ROUGHNESS
     }
 
+    /// True if light passes it straight, in part: alpha-blended without transmission, or a thin dielectric.
+    #[doc(hidden)]
+    pub fn is_pane(&self) -> bool {
+        self.is_thin_dielectric() || (self.alpha_mode == AlphaMode::Blend && self.transmission == 0.0)
+    }
+
+    /// True if shadow rays meet it: it stops light, or it is a pane.
+    #[doc(hidden)]
+    pub fn casts_shadow(&self) -> bool {
+        !self.is_transparent() || self.is_pane()
+    }
+
     /// Index of refraction for red, green and blue light, at least 1.
     #[doc(hidden)]
     pub fn channel_iors(&self) -> [f32; 3] {

@@ -25,7 +25,7 @@ mod upload;
 mod visible;
 
 pub use moving::Sent;
-pub use raster::{Faces, LAYERED, MASKED, PassState, SceneRaster, TEXTURES};
+pub use raster::{Faces, LAYERED, MASKED, PANES, PassState, SceneRaster, TEXTURES};
 pub use scene::GpuScene;
 pub(crate) use shaders::DECLARED;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};

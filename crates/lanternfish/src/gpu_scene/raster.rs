@@ -17,6 +17,8 @@ use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 pub const MASKED: Feature = Feature::new("masked");
 /// Surfaces have a clear coat.
 pub const LAYERED: Feature = Feature::new("layered");
+/// Rays pass panes in part.
+pub const PANES: Feature = Feature::new("panes");
 /// Textures are one array, indexed by the shader.
 pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 
@@ -24,7 +26,7 @@ pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 pub const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 
 /// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`. It has the variants that the draws require:
-/// `masked`, `layered` and `area_lights` if the technique uses them, winding, texture arrays.
+/// `masked`, `layered`, `area_lights` and `panes` if the technique uses them, winding, texture arrays.
 #[derive(Debug)]
 pub struct SceneRaster {
     label: &'static str,
@@ -37,6 +39,8 @@ pub struct SceneRaster {
     distinguish_layered: bool,
     /// True if scenes with area lights use the `area_lights` variant.
     distinguish_area_lights: bool,
+    /// True if scenes with panes use the `panes` variant.
+    distinguish_panes: bool,
     state: PassState,
     shaders: HashMap<Vec<Feature>, Arc<LinkedShader>>,
     pipelines: HashMap<Key, RasterPipeline>,
@@ -94,6 +98,7 @@ impl SceneRaster {
             distinguish_masked,
             distinguish_layered: false,
             distinguish_area_lights: false,
+            distinguish_panes: false,
             state,
             shaders: HashMap::new(),
             pipelines: HashMap::new(),
@@ -108,6 +113,11 @@ impl SceneRaster {
     /// Adds a variant of the shader for scenes with area lights.
     pub fn lit_by_areas(self) -> Self {
         Self { distinguish_area_lights: true, ..self }
+    }
+
+    /// Adds a variant of the shader for scenes with panes.
+    pub fn lit_through_panes(self) -> Self {
+        Self { distinguish_panes: true, ..self }
     }
 
     /// The label of the pass.
@@ -141,6 +151,9 @@ impl SceneRaster {
         }
         if self.distinguish_area_lights && scene.has_area_lights {
             features.push(AREA_LIGHTS);
+        }
+        if self.distinguish_panes && scene.has_panes() {
+            features.push(PANES);
         }
         let mut array_lengths = [0; 2];
         if scene.textures.arrays {

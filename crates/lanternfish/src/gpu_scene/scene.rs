@@ -12,6 +12,7 @@ use super::{
         bvh::{self, Bvh},
         emissive,
         hits::Hits,
+        panes::Pane,
         tlas::Tlas,
     },
     update::{
@@ -71,6 +72,8 @@ pub struct GpuScene {
     pub(super) bvh: Option<Bvh>,
     pub(super) tlas: Option<Tlas>,
     pub(super) masks: wgpu::Buffer,
+    /// Thin surfaces through which shadow rays pass in part.
+    pub(super) panes: Vec<Pane>,
     /// Shading data of hits, if hits are shaded.
     pub(super) hits: Option<Hits>,
     /// Light trees, if a technique draws lights from them.
@@ -131,6 +134,7 @@ impl GpuScene {
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         tracing.decide_opacity(mask_bytes);
+        tracing.write_panes(scene, shading);
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
@@ -143,7 +147,9 @@ impl GpuScene {
         });
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
-        let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
+        // A ray query has no triangle for the slope of a pane.
+        let needs_bvh = parts.bvh || (parts.rays() && !tracing.panes.is_empty());
+        let bvh = needs_bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let stored = scene.environment.as_ref().map(|environment| stored_environment(environment, light_unit));
@@ -190,6 +196,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
+            panes: std::mem::take(&mut tracing.panes),
             hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
             light_trees,
             placed: Placed::new(scene, tracing),
@@ -229,6 +236,11 @@ impl GpuScene {
                 bindings.resource("scene_tlas", tlas.tlas.as_binding()).buffer("tlas_triangles", &tlas.triangles);
         }
         bindings
+    }
+
+    /// True if shadow rays may pass a surface in part.
+    pub(crate) fn has_panes(&self) -> bool {
+        !self.panes.is_empty()
     }
 
     /// Nits that are stored as 1 on the device: see `upload/light_unit.rs`.

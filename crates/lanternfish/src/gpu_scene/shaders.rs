@@ -279,11 +279,11 @@ gpu_struct! {
         wrap: UVec2,
         /// 1: bilinear filter, 0: nearest texel.
         linear_filter: u32,
-        /// Alpha from which the surface is solid.
+        /// Alpha from which the surface is solid. That of a pane is out of reach.
         cutoff: f32,
         /// Address of the first word of texels.
         texels: u32,
-        /// Unused.
-        _pad: u32,
+        /// Address of what a pane lets pass (`tracing/panes.rs`); 0: the surface is no pane.
+        pane: u32,
     }
 }

@@ -1,6 +1,7 @@
-//! The surfaces that occlude light, in world space: triangles, and alpha masks.
+//! The surfaces that cast shadows, in world space: triangles, and alpha masks.
 //!
-//! Transparent surfaces are left out: they cast no shadow.
+//! Panes, thin surfaces that let part of the light pass straight, are masks that are solid nowhere. Other transparent
+//! surfaces are left out: they cast no shadow.
 
 use std::collections::HashMap;
 
@@ -8,6 +9,7 @@ use glam::{UVec2, Vec2, Vec3};
 use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
+use self::panes::{PANE_WORDS, Pane};
 use super::{
     shaders::{MaskHeader, MaskRecord},
     upload::{materials::mask_cutoff, mips},
@@ -18,6 +20,7 @@ pub mod emissive;
 mod footprint;
 pub mod hits;
 mod opacity;
+pub mod panes;
 pub mod refit;
 pub mod tlas;
 
@@ -65,9 +68,12 @@ pub struct Tracing {
     pub triangles: Vec<TracedTriangle>,
     /// Parts to which [`Source`]s refer.
     pub parts: Vec<Part>,
-    /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a [`MaskHeader`] for each way of reading an image; the images' alpha, a byte a
-    /// texel, each aligned to a word.
+    /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a
+    /// [`MaskHeader`] for each way of reading an image; a [`panes::Block`] for each pane's material; the images' alpha,
+    /// a byte a texel, each aligned to a word.
     pub masks: Vec<u32>,
+    /// The panes' materials.
+    pub panes: Vec<Pane>,
     /// Number of triangles with a record.
     pub record_count: usize,
     /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's second and third corner.
@@ -95,8 +101,8 @@ impl Tracing {
             }));
             records.extend(part_records);
         }
-        let masks = pack_masks(scene, &mut records, mask_bytes);
-        Self { triangles, parts, masks, record_count: records.len(), hulls: HashMap::new() }
+        let (masks, panes) = pack_masks(scene, &mut records, mask_bytes);
+        Self { triangles, parts, masks, panes, record_count: records.len(), hulls: HashMap::new() }
     }
 
     /// Reorders the triangles, and the mask records with them.
@@ -112,11 +118,11 @@ impl Tracing {
     }
 }
 
-/// The parts of an instance that occlude light.
+/// The parts of an instance that rays meet.
 fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
-    let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_transparent());
-    solid.map(move |(primitive, _)| Part { instance: index, primitive })
+    let traced = primitives.filter(|(_, p)| scene.materials[p.material].casts_shadow());
+    traced.map(move |(primitive, _)| Part { instance: index, primitive })
 }
 
 impl Part {
@@ -186,7 +192,7 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
         let is_finite = corners.iter().all(|corner| corner.is_finite());
         let corners = if is_finite { corners } else { [Vec3::ZERO; 3] };
         let mut record = 0;
-        if mask_cutoff(material).is_some() {
+        if mask_cutoff(material).is_some() || material.is_pane() {
             records.push(mask_record(primitive, material, *indices));
             record = records.len() as u32;
         }
@@ -204,7 +210,9 @@ fn mask_record(primitive: &Primitive, material: &Material, triangle: [u32; 3]) -
         reference.texture_from_uv.transform_point2(set.get(i as usize).copied().unwrap_or_default())
     });
     let vertex_alpha = |i: u32| primitive.colors.get(i as usize).map_or(1.0, |c| c.w);
-    let [alpha_a, alpha_b, alpha_c] = triangle.map(|i| material.base_color.w * vertex_alpha(i));
+    // The block of a pane has its material's alpha, which may change.
+    let factor = if material.is_pane() { 1.0 } else { material.base_color.w };
+    let [alpha_a, alpha_b, alpha_c] = triangle.map(|i| factor * vertex_alpha(i));
     MaskRecord { uv_a, uv_b, uv_c, alpha_a, alpha_b, alpha_c, header: primitive.material as u32 }
 }
 
@@ -218,8 +226,9 @@ struct MaskImage {
     halvings: u32,
 }
 
-/// [`Tracing::masks`]. Writes the headers' addresses into the records.
-fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec<u32> {
+/// [`Tracing::masks`], where blocks of panes are still empty, and [`Tracing::panes`]. Writes the headers' addresses
+/// into the records.
+fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> (Vec<u32>, Vec<Pane>) {
     // Equal headers and equal images are stored once each, in the order of their first use.
     let mut images = Vec::new();
     let mut headers = Vec::new();
@@ -233,7 +242,13 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
 
     // Addresses.
     let first_header = RECORD_WORDS * records.len();
-    let first_texel = first_header + HEADER_WORDS * headers.len();
+    let first_pane = first_header + HEADER_WORDS * headers.len();
+    let of_panes = headers.iter_mut().filter(|header| header.pane > 0);
+    let place = |(header, at): (&mut MaskHeader, usize)| {
+        Pane::new(scene, std::mem::replace(&mut header.pane, at as u32) as usize - 1, at as u32)
+    };
+    let panes: Vec<Pane> = of_panes.zip((first_pane..).step_by(PANE_WORDS)).map(place).collect();
+    let first_texel = first_pane + PANE_WORDS * panes.len();
     for record in records.iter_mut() {
         record.header = (first_header + HEADER_WORDS * record.header as usize) as u32;
     }
@@ -251,7 +266,7 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
 
     let mut words = vec![0; total];
     words[..first_header].copy_from_slice(bytemuck::cast_slice(records));
-    words[first_header..first_texel].copy_from_slice(bytemuck::cast_slice(&headers));
+    words[first_header..first_pane].copy_from_slice(bytemuck::cast_slice(&headers));
     let mut rest = &mut words[first_texel..];
     let slots: Vec<&mut [u32]> = images
         .iter()
@@ -265,18 +280,22 @@ fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> Vec
         let alpha = image.alpha(scene);
         bytemuck::cast_slice_mut(slot)[..alpha.len()].copy_from_slice(&alpha);
     });
-    words
+    (words, panes)
 }
 
-/// Index of a material's header, whose `texels` is the index of its image until addresses are known.
-fn header_index(scene: &Scene, material: usize, headers: &mut Vec<MaskHeader>, images: &mut Vec<MaskImage>) -> usize {
+/// Index of a material's header. Until addresses are known, its `texels` is the index of its image, and its `pane` that
+/// of its material plus one.
+fn header_index(scene: &Scene, index: usize, headers: &mut Vec<MaskHeader>, images: &mut Vec<MaskImage>) -> usize {
     let wrap = |w: Wrap| match w {
         Wrap::Repeat => 0,
         Wrap::MirroredRepeat => 1,
         Wrap::ClampToEdge => 2,
     };
-    let material = &scene.materials[material];
+    let material = &scene.materials[index];
     let mut header = MaskHeader { cutoff: mask_cutoff(material).unwrap_or(0.0), ..MaskHeader::default() };
+    if material.is_pane() {
+        (header.cutoff, header.pane) = (f32::MAX, index as u32 + 1);
+    }
     let texture = material.base_color_texture.as_ref().map(|reference| scene.textures[reference.texture]);
     if let Some(texture) = texture {
         let sampler = scene.samplers[texture.sampler];

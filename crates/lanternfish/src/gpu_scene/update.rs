@@ -91,6 +91,7 @@ impl GpuScene {
         self.sky = scene.sky / self.light_unit();
         self.materials.update(queue, scene, self.material_storage(), &self.textures);
         self.geometry.set_materials(self.needs.shading, |material| scene.materials.get(material));
+        self.write_panes(queue, |material| scene.materials.get(material));
         if let Some(hits) = &self.hits {
             hits.update_materials(queue, scene, self.material_storage());
         }

@@ -10,6 +10,7 @@
 mod bvh;
 mod list;
 mod ray_query;
+mod scene_kernel;
 mod structure;
 #[cfg(test)]
 mod tests;
@@ -26,12 +27,13 @@ use lanternfish_scene::named_type_impls;
 
 pub use self::{
     list::{RayTracer, TracedRay},
+    scene_kernel::SceneKernel,
     structure::{KeptStructure, Structure, StructureTechnique, TracedStructure},
     trace_pass::TracePass,
 };
 use crate::{
     error::RenderError,
-    gpu_scene::Parts,
+    gpu_scene::{PANES, Parts},
     shaders::{Root, Shaders},
     technique::AnyTechnique,
 };
@@ -164,6 +166,11 @@ pub fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
 /// The features of the exact tracers.
 pub fn exact_tracers() -> Vec<Vec<Feature>> {
     Tracer::all().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
+}
+
+/// The same, for scenes without panes and with.
+pub(crate) fn exact_tracers_of_scenes() -> Vec<Vec<Feature>> {
+    exact_tracers().into_iter().flat_map(|tracer| [[&tracer[..], &[PANES]].concat(), tracer]).collect()
 }
 
 impl Tracer {

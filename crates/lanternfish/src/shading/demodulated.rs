@@ -1,5 +1,7 @@
 //! Demodulated irradiance: the light at visible surfaces without their colours, for programs that do their own shading.
 
+use std::collections::{HashMap, hash_map::Entry};
+
 use super::DECLARED;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState};
 
@@ -7,11 +9,12 @@ use super::{Arriving, DirectFrom, features};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    gpu_scene::PANES,
     lights::AREA_LIGHTS,
     prepass::{GivenSurfaces, Prepass},
     rays::Tracer,
     settings::{History, Samples, Settings},
-    shadows::Visibility,
+    shadows::{self, Visibility},
     texture::{RADIANCE_FORMAT, frame_target},
 };
 
@@ -24,8 +27,10 @@ pub(crate) struct DemodulatedLight {
     pub given: GivenSurfaces,
     /// With listed lights, and with samples.
     features: [Vec<Feature>; 2],
-    /// The pipelines with listed lights in scenes without area lights and with, and with samples.
-    pipelines: [Option<RasterPipeline>; 3],
+    /// True if scenes with panes use the `panes` variant.
+    sees_panes: bool,
+    /// The pipelines, by their features.
+    pipelines: HashMap<Vec<Feature>, RasterPipeline>,
 }
 
 /// The radiance that a white Lambertian surface would reflect to the viewer, linear, nits; alpha: 1 where there is a surface.
@@ -51,7 +56,8 @@ impl DemodulatedLight {
             prepass: Prepass::new(true, 1),
             given: GivenSurfaces::default(),
             features: [false, true].map(|is_sampled| demodulated_features(settings, tracer, is_sampled)),
-            pipelines: [None, None, None],
+            sees_panes: tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer)),
+            pipelines: HashMap::new(),
         }
     }
 
@@ -74,10 +80,15 @@ impl DemodulatedLight {
         irradiance: &Sums,
     ) -> Result<(), RenderError> {
         let is_sampled = matches!(direct, DirectFrom::Samples(_));
-        let has_areas = scene.has_area_lights && !is_sampled;
-        let pipeline = match &mut self.pipelines[if is_sampled { 2 } else { usize::from(has_areas) }] {
-            Some(pipeline) => pipeline,
-            none => none.insert(pipeline(frame.device, &self.features[usize::from(is_sampled)], has_areas)?),
+        let mut features = self.features[usize::from(is_sampled)].clone();
+        features.extend((scene.has_area_lights && !is_sampled).then_some(AREA_LIGHTS));
+        features.extend((scene.has_panes() && self.sees_panes && !is_sampled).then_some(PANES));
+        let pipeline = match self.pipelines.entry(features) {
+            Entry::Occupied(pipeline) => pipeline.into_mut(),
+            Entry::Vacant(none) => {
+                let pipeline = pipeline(frame.device, none.key())?;
+                none.insert(pipeline)
+            }
         };
         let (scene_bindings, light_bindings, arriving_bindings) =
             (scene.bindings(), direct.bindings(), arriving.bindings());
@@ -105,9 +116,8 @@ impl DemodulatedLight {
 
 const LABEL: &str = "shading/demodulated";
 
-fn pipeline(device: &wgpu::Device, features: &[Feature], has_areas: bool) -> Result<RasterPipeline, RenderError> {
-    let areas: &[Feature] = if has_areas { &[AREA_LIGHTS] } else { &[] };
-    let shader = DECLARED.link("shading/demodulated", &[features, areas].concat())?;
+fn pipeline(device: &wgpu::Device, features: &[Feature]) -> Result<RasterPipeline, RenderError> {
+    let shader = DECLARED.link("shading/demodulated", features)?;
     let target = Some(RADIANCE_FORMAT.into());
     let state = RasterState { targets: &[target.clone(), target], ..Default::default() };
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))

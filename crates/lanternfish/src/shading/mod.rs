@@ -24,7 +24,7 @@ use crate::{
     rays::Tracer,
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    shadows::{SHADOW_HISTORY, SOFT, Visibility},
+    shadows::{self, SHADOW_HISTORY, SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, frame_target},
 };
 
@@ -159,7 +159,12 @@ impl Forward {
                 let state = PassState { depth: depth.clone(), targets: vec![target], samples, faces: Faces::Shown };
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
                 let raster = raster.with_layers();
-                if is_sampled { raster } else { raster.lit_by_areas() }
+                let raster = if is_sampled { raster } else { raster.lit_by_areas() };
+                let sees_panes = match is_opaque {
+                    true => !is_sampled && tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer)),
+                    false => tracer.is_some(),
+                };
+                if sees_panes { raster.lit_through_panes() } else { raster }
             };
             LitPasses {
                 opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),

@@ -13,7 +13,7 @@ use crate::{
     settings::Settings,
 };
 
-/// The passes for scenes with area lights, or for those without.
+/// The passes for scenes with area lights or panes, or for those without.
 #[derive(Debug)]
 pub(super) struct Kernels {
     pub plan: ComputeKernel,
@@ -35,8 +35,9 @@ impl Kernels {
         settings: &Settings,
         tracer: Tracer,
         has_areas: bool,
+        has_panes: bool,
     ) -> Result<Self, RenderError> {
-        let ShadowFeatures { plan, trace, trace_edges } = features(settings, tracer, has_areas)?;
+        let ShadowFeatures { plan, trace, trace_edges } = features(settings, tracer, has_areas, has_panes)?;
         let plan = DECLARED.link("shadows/plan", &plan)?;
         let trace = DECLARED.link("shadows/trace", &trace)?;
         let trace_edges = trace_edges.map(|features| DECLARED.link("shadows/trace_edges", &features)).transpose()?;

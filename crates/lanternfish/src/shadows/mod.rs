@@ -24,8 +24,9 @@ use self::{
 };
 use crate::{
     context::ViewContext,
+    denoise::layers::layers_target,
     error::RenderError,
-    gpu_scene::{GpuScene, MASKED, TEXTURES},
+    gpu_scene::{GpuScene, MASKED, PANES, TEXTURES},
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     prepass::MULTISAMPLED,
@@ -114,9 +115,9 @@ const DEEP_SHADOWS: &str = "`shadows` through deep images";
 pub struct Shadows {
     settings: Settings,
     tracer: Tracer,
-    kernels: Kernels,
-    /// Variants for scenes with area lights; compiled for the first such scene.
-    area_kernels: Option<Kernels>,
+    /// For scenes without area lights and with, in each without panes and with. The first is compiled at once, others
+    /// for the first such scene.
+    kernels: [[Option<Kernels>; 2]; 2],
     scan: Scan,
     /// Finds the edges of multisampled images.
     edges: EdgePass,
@@ -134,6 +135,8 @@ pub struct VisibilityPlan {
     /// Two words a band: rays of pixels, and all rays.
     ray_totals: wgpu::Buffer,
     ray_counts: Option<wgpu::TextureView>,
+    /// Light that reaches pixels through panes, if there are any: four layers.
+    tinted: Option<wgpu::TextureView>,
     grid: VisibilityGrid,
     bands: Vec<Range<u32>>,
     /// Rows of blocks of the dispatches of each band.
@@ -158,7 +161,9 @@ impl Visibility<'_> {
 
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.plan.edges.bindings().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
+        let bindings = self.plan.edges.bindings().part("visibility_grid", &self.grid);
+        let bindings = bindings.buffer("visibility_words", &self.plan.words);
+        self.plan.tinted.iter().fold(bindings, |bindings, tinted| bindings.texture("tinted_layers", tinted))
     }
 }
 
@@ -203,8 +208,7 @@ impl Shadows {
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
         check_driver(tracer, &device.adapter_info())?;
         Ok(Self {
-            kernels: Kernels::new(device, settings, tracer, false)?,
-            area_kernels: None,
+            kernels: [[Some(Kernels::new(device, settings, tracer, false, false)?), None], [None, None]],
             scan: Scan::new(device, "shadows")?,
             edges: EdgePass::new(settings.image.samples),
             settings: settings.clone(),
@@ -216,7 +220,15 @@ impl Shadows {
 
     /// The passes for a scene. [`Shadows::plan`] must have compiled them.
     fn kernels(&self, scene: &GpuScene) -> &Kernels {
-        self.area_kernels.as_ref().filter(|_| scene.has_area_lights).unwrap_or(&self.kernels)
+        let [areas, panes] = self.variant(scene);
+        let Some(kernels) = &self.kernels[areas][panes] else { unreachable!("the plan compiles them") };
+        kernels
+    }
+
+    /// Index of the kernels for a scene.
+    fn variant(&self, scene: &GpuScene) -> [usize; 2] {
+        let has_panes = scene.has_panes() && sees_panes(&self.settings, self.tracer);
+        [scene.has_area_lights, has_panes].map(usize::from)
     }
 
     /// Counts the words that each block needs, and divides the frame into bands that fit.
@@ -228,8 +240,10 @@ impl Shadows {
     ) -> Result<VisibilityPlan, RenderError> {
         let ViewContext { scene, buffer, middle: surface, .. } = view;
         let device = frame.device;
-        if scene.has_area_lights && self.area_kernels.is_none() {
-            self.area_kernels = Some(Kernels::new(device, &self.settings, self.tracer, true)?);
+        let [areas, panes] = self.variant(scene);
+        if self.kernels[areas][panes].is_none() {
+            let kernels = Kernels::new(device, &self.settings, self.tracer, areas == 1, panes == 1)?;
+            self.kernels[areas][panes] = Some(kernels);
         }
         let columns = surface.size.x.div_ceil(BLOCK_EDGE);
         check_row(columns, scene.lights.capacity.div_ceil(self.kernels(scene).lights_a_word))?;
@@ -290,6 +304,7 @@ impl Shadows {
         let counts = || frame_target(frame, "shadows/ray_counts", surface.size, format, usage, 1);
         let ray_counts = counts_rays(&self.settings).then(counts);
         Ok(VisibilityPlan {
+            tinted: (panes == 1).then(|| layers_target(frame, surface.size)),
             words,
             ray_totals: frame.scratch("shadows/ray_totals", 8 * bands.len() as u64)?,
             ray_counts,
@@ -322,6 +337,9 @@ impl Shadows {
             .buffer("visibility_words", &plan.words);
         if let Some(counts) = &plan.ray_counts {
             bindings = bindings.texture("ray_counts", counts);
+        }
+        if let Some(tinted) = &plan.tinted {
+            bindings = bindings.texture("tinted_light", tinted);
         }
         frame.encoder().clear_buffer(&plan.words, 0, Some(4));
         if trace.runs_in_parts() {
@@ -365,6 +383,11 @@ pub(crate) fn reads_surface(settings: &Settings) -> bool {
     settings.shadows.ray_culling != RayCulling::Depth || settings.image.samples != Samples::One
 }
 
+/// True if opaque surfaces receive light through panes: through deep images, and without normals, panes cast no shadow.
+pub(crate) fn sees_panes(settings: &Settings, tracer: Tracer) -> bool {
+    tracer.is_exact() && settings.shadows.ray_culling != RayCulling::Depth
+}
+
 /// Features of the shaders of this folder.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowFeatures {
@@ -374,13 +397,19 @@ pub(crate) struct ShadowFeatures {
     pub trace_edges: Option<Vec<Feature>>,
 }
 
-/// Features for scenes with or without area lights. An error if the tracer does not support the settings.
-pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<ShadowFeatures, RenderError> {
+/// Features for scenes with or without area lights and panes. An error if the tracer does not support the settings.
+pub(crate) fn features(
+    settings: &Settings,
+    tracer: Tracer,
+    has_areas: bool,
+    has_panes: bool,
+) -> Result<ShadowFeatures, RenderError> {
     let mut plan = vec![LightCulling::feature(&settings.culling)];
     plan.extend(settings.casts_soft_shadows().then_some(SOFT));
     plan.extend(has_areas.then_some(AREA_LIGHTS));
     let has_history = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
     let mut trace = plan.clone();
+    trace.extend(has_panes.then_some(PANES));
     trace.push(VISIBILITY_WRITTEN);
     trace.extend(has_history.then_some(SHADOW_HISTORY));
     let trace_edges = (settings.image.samples != Samples::One).then(|| {

@@ -1,6 +1,7 @@
 //! Bands of visibility, and constants that shaders and host share.
 
 mod history;
+mod panes;
 mod soft;
 mod vertex_grid;
 mod visibility;
@@ -58,7 +59,7 @@ fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
 fn depth_alone_reads_no_surface_target() {
     let reads = |ray_culling| {
         let settings = Settings::direct_light().with_ray_culling(ray_culling);
-        let trace = super::features(&settings, Tracer::BVH, true).unwrap().trace;
+        let trace = super::features(&settings, Tracer::BVH, true, false).unwrap().trace;
         let shader = super::DECLARED.link("shadows/trace", &trace).unwrap();
         let is_texture =
             |name: &Option<String>| name.as_deref().is_some_and(|name| name.starts_with("surface_texture"));

@@ -12,7 +12,7 @@ use wgpu::naga::{AddressSpace, ImageClass, Module, TypeInner, proc::Layouter};
 
 use crate::{
     debug_views,
-    gpu_scene::{LAYERED, MASKED, TEXTURES},
+    gpu_scene::{LAYERED, MASKED, PANES, TEXTURES},
     lights::AREA_LIGHTS,
     prepass::FROM_BEHIND,
     settings::{Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer},
@@ -66,7 +66,16 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
         requested.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
         for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // Features that draws add.
-            for lights in [&[][..], &[AREA_LIGHTS]] {
+            let sees_panes = tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer));
+            let (no_panes, both) = (&[&[][..]][..], &[&[][..], &[PANES]][..]);
+            let lit = |panes: &[&'static [Feature]]| -> Vec<Vec<Feature>> {
+                let lights = [&[][..], &[AREA_LIGHTS]];
+                lights.iter().flat_map(|lights| panes.iter().map(move |panes| [*lights, *panes].concat())).collect()
+            };
+            let lit_opaque = lit(if sees_panes { both } else { no_panes });
+            let own_rays = if tracer.is_some() { both } else { no_panes };
+            let lit_by_own_rays = lit(own_rays);
+            for lights in &lit_opaque {
                 let features = [&shading::demodulated_features(settings, tracer, false)[..], lights].concat();
                 requested.entry("shading/demodulated").or_default().insert(features);
             }
@@ -78,18 +87,26 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                 (&[&[][..], &[MASKED], &[LAYERED], &[MASKED, LAYERED]][..], &[&[][..], &[LAYERED]][..]);
             let from_behind = |transparent: &Vec<Feature>| [&transparent[..], &[FROM_BEHIND]].concat();
             let [behind, behind_sampled] = [&transparent, &transparent_sampled].map(from_behind);
-            for (features, draws) in
-                [(opaque_sampled, solid), (transparent_sampled, blended), (behind_sampled, blended)]
-            {
+            for (features, draws, panes) in [
+                (opaque_sampled, solid, no_panes),
+                (transparent_sampled, blended, own_rays),
+                (behind_sampled, blended, own_rays),
+            ] {
                 for draw in draws {
-                    let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
-                    requested.entry("shading/forward").or_default().extend(added);
+                    for panes in panes {
+                        let added = TEXTURES.iter().map(|textures| [&features[..], draw, *panes, textures].concat());
+                        requested.entry("shading/forward").or_default().extend(added);
+                    }
                 }
             }
-            for (features, draws) in [(opaque, solid), (transparent, blended), (behind, blended)] {
+            for (features, draws, lit) in [
+                (opaque, solid, &lit_opaque),
+                (transparent, blended, &lit_by_own_rays),
+                (behind, blended, &lit_by_own_rays),
+            ] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
                 for [draw, textures] in drawn {
-                    for lights in [&[][..], &[AREA_LIGHTS]] {
+                    for lights in lit {
                         let added = [&features[..], draw, lights, textures].concat();
                         requested.entry("shading/forward").or_default().insert(added);
                     }
@@ -101,10 +118,12 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                     let features = shading::visibility_ratio_features(settings, has_areas);
                     requested.entry("shading/visibility_ratios").or_default().insert(features);
                 }
-                let Ok(features) = shadows::features(settings, tracer, has_areas) else { continue };
-                requested.entry("shadows/plan").or_default().insert(features.plan);
-                requested.entry("shadows/trace").or_default().insert(features.trace);
-                requested.entry("shadows/trace_edges").or_default().extend(features.trace_edges);
+                for has_panes in [false, true].into_iter().take(1 + usize::from(sees_panes)) {
+                    let Ok(features) = shadows::features(settings, tracer, has_areas, has_panes) else { continue };
+                    requested.entry("shadows/plan").or_default().insert(features.plan);
+                    requested.entry("shadows/trace").or_default().insert(features.trace);
+                    requested.entry("shadows/trace_edges").or_default().extend(features.trace_edges);
+                }
             }
         }
     }

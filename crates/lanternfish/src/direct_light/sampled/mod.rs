@@ -7,7 +7,7 @@
 #[cfg(test)]
 mod tests;
 
-use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{BufferPart, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
 use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
@@ -22,7 +22,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     prepass::Surface,
-    rays::{self, TracePass, Tracer},
+    rays::{self, SceneKernel, Tracer},
     settings::{History, Settings},
     shaders::{Root, Shaders},
     technique::{Parameter, ParameterInfo, Range, Technique},
@@ -182,7 +182,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Featu
 }
 
 fn variants() -> Vec<Vec<Feature>> {
-    let rays = rays::exact_tracers().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
+    let rays = rays::exact_tracers_of_scenes().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
     let emission = [vec![TILES], vec![TILES, EMISSION]];
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
@@ -198,7 +198,8 @@ pub(super) struct SampledPasses {
     technique: SampledLights,
     /// Least number of frames over which an image is averaged.
     frames: u32,
-    trace: TracePass,
+    trace: SceneKernel,
+    casts_shadows: bool,
     smoothing: Smoothing,
 }
 
@@ -210,16 +211,16 @@ impl SampledPasses {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        let shader =
-            DECLARED.link("direct_light/sampled/trace", &[&[TILES], &features(settings, tracer)[..]].concat())?;
-        let trace = ComputeKernel::new(device, &shader, "trace", "direct_light/trace");
+        let features = [&[TILES], &features(settings, tracer)[..]].concat();
+        let (module, label) = ("direct_light/sampled/trace", "direct_light/trace");
         let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
         Ok(Self {
             least_in_reach: None,
             counted: None,
             technique,
             frames: settings.image.accumulate,
-            trace: TracePass::new(tracer.unwrap_or(Tracer::BVH).exact(), &settings.structure, trace),
+            trace: SceneKernel::new(device, DECLARED, module, &features, "trace", label)?,
+            casts_shadows: tracer.is_some(),
             smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light", &[DEVIATIONS])?,
         })
     }
@@ -279,7 +280,10 @@ impl DirectPasses for SampledPasses {
             .texture("filtered", &found)
             .buffer("direct_counters", counters.buffer());
         let groups = [surface.size.x.div_ceil(8), surface.size.y.div_ceil(8), 1];
-        self.trace.dispatch(frame, view, &bindings, groups);
+        if self.casts_shadows {
+            self.trace.prepare(frame.device, scene)?;
+        }
+        frame.dispatch(self.trace.of(scene), &bindings, groups);
         let noisy = match self.technique.denoise {
             Denoise::Off => found,
             Denoise::On => {

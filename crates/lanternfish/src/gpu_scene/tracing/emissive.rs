@@ -27,9 +27,9 @@ pub fn shining_of(material: &Material) -> Shining {
     (material.emissive, material.double_sided, material.unlit)
 }
 
-/// The emissive traced triangles, in the scene's order: trees over them, and choices in these trees, do not depend on the BVH. Two kinds
-/// are left out, which only BSDF samples hit: those of alpha masks, which may have holes anywhere, and those of unlit surfaces, whose
-/// radiance is their base colour.
+/// The emissive traced triangles, in the scene's order: trees over them, and choices in these trees, do not depend on the BVH. Left
+/// out are those of alpha masks, which may have holes anywhere, and of unlit surfaces, whose radiance is their base colour: only BSDF samples hit
+/// them; and those of panes, which no ray of indirect light hits.
 pub fn triangles(
     scene: &Scene,
     storage: MaterialStorage,
@@ -39,7 +39,7 @@ pub fn triangles(
     let matrix_if_emissive = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];
         let is_unlit = material.unlit && storage.shading == Shading::File;
-        let is_masked = mask_cutoff(material).is_some();
+        let is_masked = mask_cutoff(material).is_some() || material.is_pane();
         (material.emissive.max_element() > 0.0 && !is_unlit && !is_masked).then(|| normal_matrix_of(scene, part))
     };
     let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(matrix_if_emissive).collect();

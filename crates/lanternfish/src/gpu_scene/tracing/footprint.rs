@@ -45,6 +45,11 @@ impl<'a> Mask<'a> {
         Self { header, texels, range }
     }
 
+    /// True for a pane, whose coverage rays read everywhere.
+    pub fn is_pane(&self) -> bool {
+        self.header.pane > 0
+    }
+
     /// Number of texels below a triangle, and some around it: the cost of its map.
     pub fn area(&self, record: &MaskRecord) -> f64 {
         let [a, b, c] = coordinates(record).map(|uv| uv * self.header.size.as_dvec2());

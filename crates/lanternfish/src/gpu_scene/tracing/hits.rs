@@ -355,13 +355,13 @@ fn shrunk(image: &Image) -> Vec<u8> {
 }
 
 /// Mean of the alpha channel, 0 to 1.
-fn mean_alpha(image: &Image) -> f32 {
+pub(super) fn mean_alpha(image: &Image) -> f32 {
     let sum: u64 = image.rgba.par_chunks(4).map(|texel| u64::from(texel[3])).sum();
     (sum as f64 / 255.0 / f64::from(image.width) / f64::from(image.height)) as f32
 }
 
 /// Mean of the colour channels, 0 to 1; in linear light where they are sRGB.
-fn mean(image: &Image, srgb: bool) -> Vec3 {
+pub(super) fn mean(image: &Image, srgb: bool) -> Vec3 {
     let value = |byte: u8| if srgb { linear_from_srgb(byte) } else { f32::from(byte) / 255.0 };
     let sum: glam::DVec3 = image
         .rgba

@@ -5,6 +5,7 @@
 //!    texture's filter reads at any of its points. Every rounding error makes it unknown, so rays hit exactly what they would without maps.
 //! 3. A triangle that is solid everywhere loses its record, and one that is empty everywhere is removed. The others keep their record and
 //!    get their map's address. Rays read the texture only in unknown subtriangles (`gpu_scene/mask.wesl`).
+//!    Panes keep their record without a map.
 //! 4. The BVH is built over boxes around what is not empty: leaves fill a third of their cards.
 
 use std::collections::HashMap;
@@ -95,7 +96,11 @@ impl Tracing {
             let at = header as usize - first_header;
             let header: &mut [MaskHeader] = bytemuck::cast_slice_mut(&mut rest[at..at + HEADER_WORDS]);
             header[0].texels = moved(header[0].texels);
+            if header[0].pane > 0 {
+                header[0].pane = moved(header[0].pane);
+            }
         }
+        self.panes.iter_mut().for_each(|pane| pane.address = moved(pane.address));
         let left: Vec<MaskRecord> =
             kept.iter().map(|i| MaskRecord { header: moved(records[*i].header), ..records[*i] }).collect();
         words[..RECORD_WORDS * left.len()].copy_from_slice(bytemuck::cast_slice(&left));
@@ -174,7 +179,8 @@ fn decisions(words: &[u32], records: &[MaskRecord], space: u64) -> Vec<Decision>
     for record in records {
         masks.entry(record.header).or_insert_with(|| Mask::new(words, record.header));
     }
-    let texels: Vec<f64> = records.iter().map(|record| masks[&record.header].area(record)).collect();
+    let area = |mask: &Mask<'_>, record| if mask.is_pane() { 0.0 } else { mask.area(record) };
+    let texels: Vec<f64> = records.iter().map(|record| area(&masks[&record.header], record)).collect();
     let mut most = f64::MAX;
     let read = |most: f64| texels.iter().filter(|texels| **texels <= most).sum::<f64>();
     while read(most) > MAX_TEXELS {
@@ -187,6 +193,9 @@ fn decisions(words: &[u32], records: &[MaskRecord], space: u64) -> Vec<Decision>
     let max_level = (0..=MAX_LEVEL).rev().find(|max| size(*max) <= space);
     let decide = |(record, texels): (&MaskRecord, &f64)| {
         let mask = &masks[&record.header];
+        if mask.is_pane() {
+            return Decision::Mixed(None);
+        }
         if let Some(uniform) = mask.of_everything(record) {
             return Decision::Uniform(uniform);
         }

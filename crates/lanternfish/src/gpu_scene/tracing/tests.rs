@@ -4,7 +4,7 @@ use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, stor
 use lanternfish_scene::{AlphaMode, Image, Instance, Mesh, Sampler, Texture, TextureRef};
 
 use super::*;
-use crate::testing::probe;
+use crate::{gpu_scene::Shading, testing::probe};
 
 fn scene() -> Scene {
     let quad = |material: usize, z: f32| Primitive {
@@ -20,11 +20,11 @@ fn scene() -> Scene {
         base_color_texture: Some(TextureRef::new(0)),
         ..Default::default()
     };
-    let transparent = Material { alpha_mode: AlphaMode::Blend, ..Default::default() };
+    let rough_glass = Material { transmission: 1.0, ..Default::default() };
     Scene {
         meshes: vec![Mesh { primitives: vec![quad(0, 0.0), quad(1, 1.0), quad(2, 2.0)], ..Default::default() }],
         instances: vec![Instance { name: String::new(), mesh: 0, world_from_object: glam::Affine3A::IDENTITY }; 2],
-        materials: vec![Material::default(), masked, transparent],
+        materials: vec![Material::default(), masked, rough_glass],
         textures: vec![Texture { image: 0, sampler: 0 }],
         samplers: vec![Sampler::default()],
         images: vec![Image {
@@ -122,7 +122,6 @@ fn gpu_records_and_headers_are_read_as_they_are_packed(gpu: &Gpu) {
     let actual: Vec<MaskRecord> = read_back(&gpu.device, &gpu.queue, &found_records, 2).unwrap();
     assert_eq!(actual, records(&tracing));
     let actual: Vec<MaskHeader> = read_back(&gpu.device, &gpu.queue, &found_headers, 2).unwrap();
-    let actual: Vec<_> = actual.into_iter().map(|header| MaskHeader { _pad: 0, ..header }).collect();
     assert_eq!(actual, [0, 1].map(|record| header(&tracing, record)));
 
     let differ = |words: &[u32]| words.iter().collect::<std::collections::BTreeSet<_>>().len() == words.len();
@@ -177,7 +176,7 @@ fn masks_that_do_not_fit_are_halved_the_largest_first() {
 }
 
 #[test]
-fn degenerate_and_transparent_triangles_are_left_out_and_records_follow_their_triangles() {
+fn degenerate_and_rough_glass_triangles_are_left_out_and_records_follow_their_triangles() {
     let mut tracing = Tracing::new(&scene(), ANY);
     let of_triangles: Vec<u32> = tracing.triangles.iter().map(|t| t.source.record).collect();
     assert_eq!(of_triangles, [0, 1, 0, 2]);
@@ -221,4 +220,37 @@ fn posed_triangles_match_gathered_ones_and_overflow_gives_points() {
     let posed = pose(&scene, &tracing.parts, &sources);
     assert!(posed[..2].iter().all(|triangle| triangle.corners == [Vec3::ZERO; 3]), "{posed:?}");
     assert_eq!(posed[2..], tracing.triangles[2..]);
+}
+
+#[test]
+fn panes_are_masks_that_are_solid_nowhere_and_have_a_block_each() {
+    let mut scene = scene();
+    let glass = Material { transmission: 0.5, perceptual_roughness: 0.0, ..Material::default() };
+    scene.materials[0] = Material { base_color: glam::Vec4::new(0.8, 0.4, 0.2, 0.9), metallic: 0.0, ..glass };
+    scene.materials[2] = Material { alpha_mode: AlphaMode::Blend, ..Material::default() };
+    scene.materials[2].base_color.w = 0.6;
+    let mut tracing = Tracing::new(&scene, ANY);
+    assert_eq!(tracing.triangles.iter().map(|t| t.source.record).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6]);
+    // The masks are solid, the panes are kept.
+    for texel in scene.images[0].rgba.iter_mut() {
+        *texel = 255;
+    }
+    tracing = Tracing::new(&scene, ANY);
+    tracing.decide_opacity(ANY);
+    tracing.write_panes(&scene, Shading::File);
+    let of_triangles =
+        |t: &Tracing| t.triangles.iter().map(|t| (t.source.record, t.source.opacity)).collect::<Vec<_>>();
+    assert_eq!(of_triangles(&tracing), [(1, 0), (0, 0), (2, 0), (3, 0), (0, 0), (4, 0)]);
+    let block = |record: usize| -> &[f32] {
+        let header = header(&tracing, record);
+        assert_eq!(header.cutoff, f32::MAX);
+        bytemuck::cast_slice(&tracing.masks[header.pane as usize..][..PANE_WORDS])
+    };
+    let [glass, leaf] = [block(0), block(1)];
+    assert_eq!((block(2), block(3)), (glass, leaf));
+    assert!(
+        glass.iter().zip([0.4, 0.2, 0.1, 0.04, 0.04, 0.04, 1.0, 0.9]).all(|(a, b)| (a - b).abs() < 1e-6),
+        "{glass:?}"
+    );
+    assert_eq!((&leaf[..3], &leaf[7..]), (&[0.0; 3][..], &[0.6, -1.0][..]));
 }

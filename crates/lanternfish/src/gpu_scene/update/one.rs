@@ -6,7 +6,12 @@ use lanternfish_gpu::GpuError;
 use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene, SceneFault};
 
 use super::{
-    super::{moving::sent::Sent, scene::GpuScene, tracing::emissive, upload::light_unit::is_too_bright},
+    super::{
+        moving::sent::Sent,
+        scene::GpuScene,
+        tracing::{emissive, panes::Pane},
+        upload::light_unit::is_too_bright,
+    },
     placed::next_number,
 };
 use crate::{error::RenderError, lights::Light};
@@ -78,6 +83,17 @@ impl GpuScene {
         Ok((changed.len() * size_of::<Light>()) as u64)
     }
 
+    /// Writes what the panes of these materials let pass, and returns its size, bytes.
+    pub(super) fn write_panes<'m>(&self, queue: &wgpu::Queue, changed: impl Fn(usize) -> Option<&'m Material>) -> u64 {
+        let changed = self.panes.iter().filter_map(|pane| Some((pane, changed(pane.material)?)));
+        let write = |(pane, material): (&Pane, &Material)| {
+            let block = pane.block(material, self.needs.shading);
+            queue.write_buffer(&self.masks, 4 * u64::from(pane.address), bytemuck::cast_slice(&block));
+            size_of_val(&block) as u64
+        };
+        changed.map(write).sum()
+    }
+
     /// See [`crate::Renderer::set_material`].
     pub(crate) fn set_material(
         &mut self,
@@ -107,6 +123,7 @@ impl GpuScene {
         if let Some(hits) = &self.hits {
             bytes += hits.set_material(queue, index, material, self.material_storage());
         }
+        bytes += self.write_panes(queue, |pane| (pane == index).then_some(material));
         self.placed.shining[index] = shining;
         self.placed.revision = next_number();
         Ok(Sent { bytes, ..Sent::default() })

@@ -89,7 +89,8 @@ fn gpu_update_renders_like_a_fresh_upload(gpu: &Gpu) {
             println!("{shadows}: {wrong} pixels differ from a fresh upload, {changed} have changed");
             assert!(wrong <= allowed, "{shadows}: {wrong} pixels");
             assert!(changed > 100, "{shadows}: {changed} pixels");
-            assert_eq!(updated.report.counters[..5], fresh.report.counters[..5]);
+            // A new tree may have other nodes.
+            assert_eq!(updated.report.counters[..4], fresh.report.counters[..4]);
             assert_eq!((uploaded.bounds, uploaded.lights.bounds), (fresh_scene.bounds, fresh_scene.lights.bounds));
             assert_eq!(uploaded.bounds, now.bounds());
             last = updated;

@@ -29,10 +29,9 @@ pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuc
         .meshes
         .iter()
         .map(|mesh| {
-            let stops_light = |material: usize| !scene.materials[material].is_transparent();
-            let solid = mesh.primitives.iter().filter(|primitive| stops_light(primitive.material));
+            let traced = mesh.primitives.iter().filter(|p| scene.materials[p.material].casts_shadow());
             vertices += mesh.primitives.iter().map(|p| (p.positions.len() + p.indices.len()) as u64).sum::<u64>();
-            (mesh.primitives.len() as u64, solid.map(|primitive| primitive.indices.len() as u64 / 3).sum())
+            (mesh.primitives.len() as u64, traced.map(|primitive| primitive.indices.len() as u64 / 3).sum())
         })
         .collect();
     for instance in &scene.instances {

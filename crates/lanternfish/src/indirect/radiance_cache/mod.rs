@@ -43,7 +43,7 @@ use crate::{
     environment_light::ENVIRONMENT,
     error::RenderError,
     rays::Structure,
-    rays::{self, TracePass, Tracer},
+    rays::{self, SceneKernel, TracePass, Tracer},
     shaders::{Root, Shaders},
 };
 
@@ -56,9 +56,9 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::new("indirect/radiance_cache/planes"),
         Root::new("indirect/radiance_cache/schedule"),
         Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
-        Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
+        Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers_of_scenes),
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
-        Root::computed("indirect/radiance_cache/rays", rays::exact_tracers),
+        Root::computed("indirect/radiance_cache/rays", rays::exact_tracers_of_scenes),
         Root::new("indirect/radiance_cache/intersect"),
         Root::new("indirect/radiance_cache/accumulate"),
         Root::new("indirect/radiance_cache/propagate"),
@@ -160,11 +160,11 @@ fn shares_dispatch(device: &wgpu::Device) -> bool {
 #[derive(Debug)]
 enum Rays {
     /// Shadow rays alone.
-    Shadow(ComputeKernel),
+    Shadow(SceneKernel),
     /// Shadow rays, and rays towards other entries, through one tracer.
-    Both(ComputeKernel),
+    Both(SceneKernel),
     /// The same through two tracers.
-    Each(ComputeKernel, TracePass),
+    Each(SceneKernel, TracePass),
 }
 
 /// Parameters of the cache.
@@ -281,11 +281,15 @@ impl RadianceCache {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
         let of_shadows = exact.features(structure, true);
+        let of_scene = |entry: &'static str| {
+            let (module, label) = (format!("indirect/radiance_cache/{entry}"), format!("radiance_cache/{entry}"));
+            SceneKernel::new(device, DECLARED, &module, &of_shadows, entry, &label)
+        };
         let rays = match bounces.needs_rays() {
-            false => Rays::Shadow(kernel("shadow", &of_shadows, "shadow")?),
-            true if tracer == exact && shares_dispatch(device) => Rays::Both(kernel("rays", &of_shadows, "rays")?),
+            false => Rays::Shadow(of_scene("shadow")?),
+            true if tracer == exact && shares_dispatch(device) => Rays::Both(of_scene("rays")?),
             true => Rays::Each(
-                kernel("shadow", &of_shadows, "shadow")?,
+                of_scene("shadow")?,
                 TracePass::new(tracer, structure, kernel("trace", &tracer.features(structure, true), "trace")?),
             ),
         };
@@ -334,6 +338,8 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         ViewContext { scene, view, .. }: &ViewContext<'_>,
     ) -> Result<CacheOfFrame, RenderError> {
+        let (Rays::Shadow(shadow) | Rays::Both(shadow) | Rays::Each(shadow, _)) = &self.kernels.rays;
+        shadow.prepare(frame.device, scene)?;
         let waits = frame.growth() == Growth::Blocking;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();

@@ -41,10 +41,10 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(light, &sampling, scheduled, 0);
             match &kernels.rays {
-                Rays::Shadow(shadow) => frame.dispatch_indirect(shadow, &sampling, scheduled, 0),
-                Rays::Both(both) => frame.dispatch_indirect(both, &sampling, scheduled, TWO_RAYS),
+                Rays::Shadow(shadow) => frame.dispatch_indirect(shadow.of(scene), &sampling, scheduled, 0),
+                Rays::Both(both) => frame.dispatch_indirect(both.of(scene), &sampling, scheduled, TWO_RAYS),
                 Rays::Each(shadow, trace) => {
-                    frame.dispatch_indirect(shadow, &sampling, scheduled, 0);
+                    frame.dispatch_indirect(shadow.of(scene), &sampling, scheduled, 0);
                     trace.dispatch_indirect(frame, view, &sampling, scheduled, 0);
                 }
             }

@@ -15,7 +15,7 @@ use crate::{
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
-    rays::{Structure, TracePass, Tracer},
+    rays::{SceneKernel, Structure, TracePass, Tracer},
 };
 
 /// The rays of a grid of sources: pixels, or screen probes.
@@ -41,11 +41,11 @@ pub(in crate::indirect) struct RayPasses {
     sample_order: wgpu::Buffer,
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
-    shadow: ComputeKernel,
+    shadow: SceneKernel,
     /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow rays: their light is added after
     /// that of emissive triangles and the environment, not in turn.
     shades_many: bool,
-    emitters: Option<ComputeKernel>,
+    emitters: Option<SceneKernel>,
     entries: Option<EntryPasses>,
 }
 
@@ -65,16 +65,20 @@ impl RayPasses {
             let shader = DECLARED.link(&format!("indirect/sampled/{module}"), &[of_source, features].concat())?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, module, &format!("{folder}/{module}")))
         };
-        let exact = exact.features(structure, true);
+        let exact = [of_source, &exact.features(structure, true)].concat();
+        let of_scene = |entry: &'static str| {
+            let (module, label) = (format!("indirect/sampled/{entry}"), format!("{folder}/{entry}"));
+            SceneKernel::new(device, DECLARED, &module, &exact, entry, &label)
+        };
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
             trace: TracePass::new(traced, structure, kernel("trace", &traced.features(structure, true))?),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("shade", &[])?,
             shade_environment: kernel("shade", &[ENVIRONMENT])?,
-            shadow: kernel("shadow", &exact)?,
+            shadow: of_scene("shadow")?,
             shades_many: !is_of_pixels,
-            emitters: if is_of_pixels { Some(kernel("emitters", &exact)?) } else { None },
+            emitters: if is_of_pixels { Some(of_scene("emitters")?) } else { None },
             entries: match sampled.hit_light {
                 HitLight::Shaded => None,
                 HitLight::Cached => Some(EntryPasses::new(device, of_rays, folder)?),
@@ -109,6 +113,10 @@ impl RayPasses {
             check_driver(&frame.device.adapter_info())?;
         }
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
+        for kernel in std::iter::once(&self.shadow).chain(&self.emitters) {
+            kernel.prepare(frame.device, scene)?;
+        }
+        let (shadow, emitters) = (self.shadow.of(scene), self.emitters.as_ref().map(|emitters| emitters.of(scene)));
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
         // First of the sample indices whose hits are in the buffer.
@@ -154,7 +162,7 @@ impl RayPasses {
             match &mut entries {
                 None => {
                     frame.dispatch(shade, &shading, workgroups);
-                    frame.dispatch(&self.shadow, &light_bindings, workgroups);
+                    frame.dispatch(shadow, &light_bindings, workgroups);
                 }
                 Some(entries) => {
                     if entries.looks_up(&of_sample) {
@@ -163,12 +171,12 @@ impl RayPasses {
                     if sample_index >= shaded_end {
                         shaded_end = of_sample.shaded_end;
                         frame.dispatch_indirect(shade, &shading, &entries.dispatches, SHADE);
-                        frame.dispatch_indirect(&self.shadow, &light_bindings, &entries.dispatches, SHADOW);
+                        frame.dispatch_indirect(shadow, &light_bindings, &entries.dispatches, SHADOW);
                     }
                     entries.sample(frame, view_context, sample_index);
                 }
             }
-            if let Some(emitters) = self.emitters.as_ref().filter(|_| sample_index < grid.emitter_rays) {
+            if let Some(emitters) = emitters.filter(|_| sample_index < grid.emitter_rays) {
                 frame.dispatch(emitters, &light_bindings, workgroups);
             }
             if let Some(entries) = &mut entries
