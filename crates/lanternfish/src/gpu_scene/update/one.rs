@@ -10,7 +10,6 @@ use super::{
         moving::sent::Sent,
         scene::GpuScene,
         tracing::{emissive, panes::Pane},
-        upload::light_unit::is_too_bright,
     },
     placed::next_number,
 };
@@ -25,7 +24,7 @@ impl GpuScene {
         light: &SceneLight,
     ) -> Result<Sent, RenderError> {
         self.check_light(index, Some(light))?;
-        if is_too_bright(self.light_unit(), Some(light), None) {
+        if self.stored.is_outshone(Some(light), None) {
             return Err(RenderError::NeedsUpdate {
                 what: format!("light {index}: it is too bright for the unit of light"),
             });
@@ -111,7 +110,7 @@ impl GpuScene {
             }
             Some(true) => {}
         }
-        if is_too_bright(self.light_unit(), None, Some(material)) {
+        if self.stored.is_outshone(None, Some(material)) {
             return needs_update("its emission is too bright for the unit of light");
         }
         let shining = emissive::shining_of(material);

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use lanternfish_scene::{Environment, Light, LightKind, Material, Scene};
+use glam::Vec3;
+use lanternfish_scene::{Bounds, Environment, Light, LightKind, Material, Scene};
 
 /// Illuminance of the brightest lights, in the unit: a 64th of the largest half float, since highlights are brighter.
 const BRIGHT: f64 = 1024.0;
@@ -22,13 +23,17 @@ pub(in crate::gpu_scene) struct StoredLight {
     pub light_unit: f32,
     /// [`of_environment`], so that updates need not sum it again.
     pub environment: f64,
+    /// Box of the scene's geometry when it was uploaded: lamps far from it light it as from there, m.
+    bounds: Bounds,
 }
 
 impl StoredLight {
     /// For a new upload.
     pub fn of(scene: &Scene) -> Self {
         let environment = scene.environment.as_ref().map_or(0.0, of_environment);
-        Self { light_unit: light_unit(scene, environment), environment }
+        let mut stored = Self { light_unit: 1.0, environment, bounds: scene.bounds() };
+        stored.light_unit = stored.unit_for(scene);
+        stored
     }
 
     /// For an update; `is_same`: the environment has not changed.
@@ -37,21 +42,55 @@ impl StoredLight {
             Some(_) if is_same => self.environment,
             environment => environment.as_ref().map_or(0.0, of_environment),
         };
-        Self { light_unit: next_unit(self.light_unit, scene, environment), environment }
+        let next = Self { environment, ..self };
+        Self { light_unit: next.next_unit(scene), ..next }
+    }
+
+    /// Illuminance that stands for a light, lx.
+    fn of_light(&self, light: &Light) -> f64 {
+        let intensity = f64::from(light.intensity.max_element());
+        match light.kind {
+            LightKind::Directional => intensity,
+            LightKind::Point | LightKind::Spot { .. } => {
+                let outside = (self.bounds.min - light.position).max(light.position - self.bounds.max).max(Vec3::ZERO);
+                let outside = if self.bounds.is_empty() { Vec3::ZERO } else { outside };
+                let distance = f64::from(outside.length()).max(NEAR);
+                intensity / (distance * distance)
+            }
+            LightKind::Disk { .. } | LightKind::Rectangle { .. } => intensity / EMITTED,
+        }
+    }
+
+    /// Illuminance that stands for a scene's brightest light, lx; 0 for a scene without light.
+    fn brightest(&self, scene: &Scene) -> f64 {
+        let of_light = |light| self.of_light(light);
+        let suns = scene.lights.iter().filter(|light| light.kind == LightKind::Directional).map(of_light).sum();
+        let all = scene.lights.iter().map(of_light).chain(scene.materials.iter().map(of_material));
+        all.fold(self.environment.max(f64::from(scene.sky.max_element())).max(suns), f64::max)
+    }
+
+    /// Nits (and cd, lx) that are stored as 1: a power of two, so that other units give the same images to the bit but for what overflowed or
+    /// lost precision.
+    fn unit_for(&self, scene: &Scene) -> f32 {
+        let stops = (self.brightest(scene) / BRIGHT).log2().ceil();
+        if !stops.is_finite() || USUAL.contains(&stops) { 1.0 } else { stops.clamp(-60.0, 60.0).exp2() as f32 }
+    }
+
+    /// The unit after an update: another one only after a large change. Without any light it stays.
+    fn next_unit(&self, scene: &Scene) -> f32 {
+        let (unit, now) = (self.light_unit, self.unit_for(scene));
+        let may_stay = (1.0 / MOST_CHANGE[1]..=MOST_CHANGE[0]).contains(&(f64::from(now) / f64::from(unit)));
+        if may_stay || self.brightest(scene) == 0.0 { unit } else { now }
+    }
+
+    /// True if a single light or material is too bright for the unit.
+    pub fn is_outshone(&self, light: Option<&Light>, material: Option<&Material>) -> bool {
+        let illuminance = light.map_or(0.0, |light| self.of_light(light)).max(material.map_or(0.0, of_material));
+        illuminance > MOST_CHANGE[0] * BRIGHT * f64::from(self.light_unit).max(USUAL.end().exp2())
     }
 }
 
-/// Illuminance that stands for a light, lx.
-fn of_light(light: &Light) -> f64 {
-    let intensity = f64::from(light.intensity.max_element());
-    match light.kind {
-        LightKind::Directional => intensity,
-        LightKind::Point | LightKind::Spot { .. } => intensity / (NEAR * NEAR),
-        LightKind::Disk { .. } | LightKind::Rectangle { .. } => intensity / EMITTED,
-    }
-}
-
-/// The same for what a material emits.
+/// Illuminance that stands for what a material emits, lx.
 fn of_material(material: &Material) -> f64 {
     let unlit = if material.unlit { material.base_color.truncate().max_element() } else { 0.0 };
     f64::from(material.emissive.max_element().max(unlit)) / EMITTED
@@ -61,33 +100,6 @@ fn of_material(material: &Material) -> f64 {
 fn of_environment(environment: &Environment) -> f64 {
     let sum: f64 = environment.pixels.iter().map(|pixel| f64::from(pixel.max_element())).sum();
     4.0 * std::f64::consts::PI * sum / environment.pixels.len().max(1) as f64
-}
-
-/// Illuminance that stands for a scene's brightest light, lx; 0 for a scene without light.
-fn brightest(scene: &Scene, environment: f64) -> f64 {
-    let suns = scene.lights.iter().filter(|light| light.kind == LightKind::Directional).map(of_light).sum();
-    let all = scene.lights.iter().map(of_light).chain(scene.materials.iter().map(of_material));
-    all.fold(environment.max(f64::from(scene.sky.max_element())).max(suns), f64::max)
-}
-
-/// Nits (and cd, lx) that are stored as 1: a power of two, so that other units give the same images to the bit but for what overflowed or
-/// lost precision. `environment`: [`of_environment`], 0 without one.
-fn light_unit(scene: &Scene, environment: f64) -> f32 {
-    let stops = (brightest(scene, environment) / BRIGHT).log2().ceil();
-    if !stops.is_finite() || USUAL.contains(&stops) { 1.0 } else { stops.clamp(-60.0, 60.0).exp2() as f32 }
-}
-
-/// The unit for a scene whose light was stored in `unit`: another one only after a large change. Without any light it stays.
-fn next_unit(unit: f32, scene: &Scene, environment: f64) -> f32 {
-    let now = light_unit(scene, environment);
-    let may_stay = (1.0 / MOST_CHANGE[1]..=MOST_CHANGE[0]).contains(&(f64::from(now) / f64::from(unit)));
-    if may_stay || brightest(scene, environment) == 0.0 { unit } else { now }
-}
-
-/// True if a single light or material is too bright for light that is stored in `unit`.
-pub(in crate::gpu_scene) fn is_too_bright(unit: f32, light: Option<&Light>, material: Option<&Material>) -> bool {
-    let illuminance = light.map_or(0.0, of_light).max(material.map_or(0.0, of_material));
-    illuminance > MOST_CHANGE[0] * BRIGHT * f64::from(unit).max(USUAL.end().exp2())
 }
 
 /// The environment in the unit.
@@ -102,21 +114,25 @@ pub(in crate::gpu_scene) fn stored_environment(environment: &Environment, unit: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn the_unit_follows_the_brightest_light_and_is_a_power_of_two() {
-        let lit = |lights: Vec<Light>| light_unit(&Scene { lights, ..Scene::default() }, 0.0);
+        let lit = |lights: Vec<Light>| StoredLight::of(&Scene { lights, ..Scene::default() }).light_unit;
         assert_eq!(lit(vec![]), 1.0);
         assert_eq!(lit(vec![Light::point(Vec3::ZERO, Vec3::splat(8.0))]), 1.0);
         let sun = |lux: f32| Light { kind: LightKind::Directional, ..Light::point(Vec3::ZERO, Vec3::splat(lux)) };
         assert_eq!(lit(vec![sun(120_000.0)]), 128.0);
         assert_eq!(lit(vec![sun(120_000.0), sun(120_000.0)]), 256.0);
+        // From far away.
+        let bounds = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
+        let stored = StoredLight { bounds, ..StoredLight::of(&Scene::default()) };
+        let lux = stored.of_light(&Light::point(Vec3::new(1e5, 0.0, 0.0), Vec3::splat(1e11)));
+        assert!((lux - 10.0).abs() < 0.1, "{lux}");
         // A lamp of 100 cd at 1 cm: 10⁶ lx, over π.
         let unit = lit(vec![Light::point(Vec3::ZERO, Vec3::splat(100.0))]);
         assert!(1e6 / std::f32::consts::PI / unit < 65504.0 / 4.0, "{unit}");
         let glowing = Material { emissive: Vec3::splat(1e-6), ..Material::default() };
-        let unit = light_unit(&Scene { materials: vec![glowing], ..Scene::default() }, 0.0);
+        let unit = StoredLight::of(&Scene { materials: vec![glowing], ..Scene::default() }).light_unit;
         assert!(unit < 1e-9 && unit.log2().fract() == 0.0, "{unit}");
     }
 
@@ -126,11 +142,12 @@ mod tests {
             lights: vec![Light::point(Vec3::ZERO, Vec3::splat(intensity))],
             ..Scene::default()
         };
-        let next = |unit, intensity| next_unit(unit, &scene(intensity), 0.0);
+        let at = |light_unit| StoredLight { light_unit, ..StoredLight::of(&scene(1.0)) };
+        let next = |unit, intensity| at(unit).next(&scene(intensity), true).light_unit;
         assert!(next(1.0, 20.0) == 1.0 && next(1.0, 1000.0) > 1.0);
         assert!(next(128.0, 10.0) == 128.0 && next(128.0, 0.001) < 1.0);
         assert_eq!(next(4096.0 * 64.0, 0.0), 4096.0 * 64.0);
         let lamp = |intensity| Light::point(Vec3::ZERO, Vec3::splat(intensity));
-        assert!(is_too_bright(1e-6, Some(&lamp(1000.0)), None) && !is_too_bright(1e-6, Some(&lamp(10.0)), None));
+        assert!(at(1e-6).is_outshone(Some(&lamp(1000.0)), None) && !at(1e-6).is_outshone(Some(&lamp(10.0)), None));
     }
 }
