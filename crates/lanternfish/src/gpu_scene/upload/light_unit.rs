@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn light_is_stored_anew_only_if_it_changes_by_much() {
+    fn light_changes_its_unit_only_after_a_large_change() {
         let scene = |intensity: f32| Scene {
             lights: vec![Light::point(Vec3::ZERO, Vec3::splat(intensity))],
             ..Scene::default()
