@@ -79,3 +79,14 @@ fn every_bit_of_radiance_counts() {
     let b = image(vec![[-0.0, 0.0, 0.0, 0.0], [1.0; 4], [f32::NAN; 4]]);
     assert_eq!((differing(&a, &a), differing(&a, &b)), (0, 1));
 }
+
+#[cfg(test)]
+#[test]
+fn pixels_that_are_no_numbers_are_counted_and_black() {
+    let pixels = [[0.5, 1.0, 2.0, 1.0], [f32::NAN, 0.0, 0.0, 1.0], [0.0, f32::INFINITY, 0.0, 0.0]];
+    let report = lanternfish::Report::default();
+    let (radiance, display) = (pixels.to_vec(), Vec::new());
+    let mut image = RenderedImage { width: 3, height: 1, radiance, display, exposure: None, report };
+    assert_eq!((make_finite(&mut image), image.radiance[0]), (2, pixels[0]));
+    assert_eq!(image.radiance[1..], [[0.0, 0.0, 0.0, 1.0]; 2]);
+}

@@ -48,6 +48,13 @@ impl<T: Into<OsString>> From<T> for SceneName {
     }
 }
 
+#[cfg(test)]
+#[test]
+fn public_names_have_no_folders() {
+    let public = |name: &str| SceneName::from(name).public_name();
+    assert_eq!((public("/home/me/a b.glb"), public("demo:atrium")), ("a b.glb".into(), "demo:atrium".into()));
+}
+
 /// For people: invalid UTF-8 is replaced.
 impl fmt::Display for SceneName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -178,11 +178,11 @@ impl GpuScene {
         }
         Ok(Self {
             bounds: geometry.bounds(),
+            stored: StoredLight { bounds: geometry.bounds(), ..light },
             geometry,
             textures,
             traced_triangles: triangles.len() as u32,
             sky: scene.sky / light_unit,
-            stored: light,
             environment,
             environment_light,
             materials,

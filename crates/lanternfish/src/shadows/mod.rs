@@ -6,6 +6,7 @@
 
 mod bands;
 mod edges;
+mod features;
 mod kernels;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ use lanternfish_gpu::{
     primitives::Scan, read_back,
 };
 
+pub(crate) use self::features::{ShadowFeatures, features};
 use self::{
     bands::{bands, even_row_starts, row_starts, split},
     edges::{Edge, EdgePass, Edges},
@@ -26,12 +28,11 @@ use crate::{
     context::ViewContext,
     denoise::layers::layers_target,
     error::RenderError,
-    gpu_scene::{GpuScene, MASKED, PANES, TEXTURES},
-    light_culling::{LightCulling, LightLists},
-    lights::AREA_LIGHTS,
+    gpu_scene::{GpuScene, MASKED, TEXTURES},
+    light_culling::LightLists,
     prepass::MULTISAMPLED,
     rays::Tracer,
-    settings::{DebugView, History, RayCulling, RayRangeCulling, Samples, Settings},
+    settings::{DebugView, RayCulling, Samples, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -386,58 +387,6 @@ pub(crate) fn reads_surface(settings: &Settings) -> bool {
 /// True if opaque surfaces receive light through panes: through deep images, and without normals, panes cast no shadow.
 pub(crate) fn sees_panes(settings: &Settings, tracer: Tracer) -> bool {
     tracer.is_exact() && settings.shadows.ray_culling != RayCulling::Depth
-}
-
-/// Features of the shaders of this folder.
-#[derive(Clone, Debug)]
-pub(crate) struct ShadowFeatures {
-    pub plan: Vec<Feature>,
-    pub trace: Vec<Feature>,
-    /// None if no image has edges.
-    pub trace_edges: Option<Vec<Feature>>,
-}
-
-/// Features for scenes with or without area lights and panes. An error if the tracer does not support the settings.
-pub(crate) fn features(
-    settings: &Settings,
-    tracer: Tracer,
-    has_areas: bool,
-    has_panes: bool,
-) -> Result<ShadowFeatures, RenderError> {
-    let mut plan = vec![LightCulling::feature(&settings.culling)];
-    plan.extend(settings.casts_soft_shadows().then_some(SOFT));
-    plan.extend(has_areas.then_some(AREA_LIGHTS));
-    let has_history = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
-    let mut trace = plan.clone();
-    trace.extend(has_panes.then_some(PANES));
-    trace.push(VISIBILITY_WRITTEN);
-    trace.extend(has_history.then_some(SHADOW_HISTORY));
-    let trace_edges = (settings.image.samples != Samples::One).then(|| {
-        let edges = [CULL_RANGE, CULL_TRIANGLE].into_iter().chain(tracer.exact().features(&settings.structure, false));
-        trace.iter().copied().chain(edges).collect()
-    });
-    plan.extend(trace_edges.is_some().then_some(EDGES_PLANNED));
-    // Segments need no triangles.
-    trace.extend(tracer.features(&settings.structure, false));
-    if let Some(structure) = tracer.structure(&settings.structure).technique() {
-        if let Some(needed) = structure.lacks_for_shadows() {
-            return Err(RenderError::Together { setting: DEEP_SHADOWS, needed });
-        }
-        if counts_rays(settings) {
-            return Err(RenderError::Together { setting: "`debug-view` of shadow rays", needed: "`shadows bvh`" });
-        }
-    }
-    trace.extend((settings.shadows.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
-    let culling: &[Feature] = match settings.shadows.ray_culling {
-        RayCulling::None => &[],
-        RayCulling::Naive => &[CULL_NAIVE],
-        RayCulling::Improved => &[CULL_IMPROVED],
-        RayCulling::Depth => &[CULL_IMPROVED, DEPTH_ALONE],
-        RayCulling::Surface => &[CULL_SURFACE],
-    };
-    trace.extend(culling);
-    trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
-    Ok(ShadowFeatures { plan, trace, trace_edges })
 }
 
 /// An error if the words of one row of blocks exceed a u32, in which the device counts them.

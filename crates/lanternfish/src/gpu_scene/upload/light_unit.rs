@@ -24,7 +24,7 @@ pub(in crate::gpu_scene) struct StoredLight {
     /// [`of_environment`], so that updates need not sum it again.
     pub environment: f64,
     /// Box of the scene's geometry when it was uploaded: lamps far from it light it as from there, m.
-    bounds: Bounds,
+    pub bounds: Bounds,
 }
 
 impl StoredLight {
