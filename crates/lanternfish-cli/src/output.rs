@@ -5,12 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lanternfish::RenderedImage;
-use lanternfish_metrics::{
-    ColorType, RgbImage, destination, write_aside, write_exr_layers, write_exr_with_attributes, write_png_with_texts,
-};
+use lanternfish::{RenderedImage, settings::Background};
+use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr_image, write_png_with_texts};
 
-use crate::{ending::has_ending, error::CliError, scene::SceneName};
+use crate::{ending::has_ending, error::CliError, images, scene::SceneName};
 
 /// An image file in a supported format and a writable folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +16,7 @@ pub(crate) struct Output {
     /// Its path.
     pub path: PathBuf,
     format: Format,
+    background: Background,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +48,12 @@ impl Output {
                 "end the name with .png (tone-mapped) or .exr (linear)",
             ));
         };
-        Ok(Self { path, format })
+        Ok(Self { path, format, background: Background::Environment })
+    }
+
+    /// The file for images with this background: with alpha, if it holds any.
+    pub fn over(self, background: Background) -> Self {
+        Self { background, ..self }
     }
 
     /// The file of one frame of a sequence: `name.0001.png`.
@@ -57,7 +61,7 @@ impl Output {
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
         name.push(self.path.extension().unwrap_or_default());
-        Self { path: self.path.with_file_name(name), format: self.format }
+        Self { path: self.path.with_file_name(name), ..*self }
     }
 
     /// True if the file holds scene radiance, not display colours.
@@ -68,9 +72,9 @@ impl Output {
     /// Memory that writing an image needs, bytes per pixel.
     pub fn bytes_per_pixel(&self) -> u64 {
         match self.format {
-            Format::Png => 3,
-            // Three floats, and three halves in the encoded file.
-            Format::Exr => 12 + 6,
+            Format::Png => 4,
+            // Four floats, and four halves in the encoded file.
+            Format::Exr => 16 + 8,
         }
     }
 
@@ -80,10 +84,11 @@ impl Output {
         renderings: &[(&str, &RenderedImage)],
         texts: &[(&str, String)],
     ) -> Result<(), CliError> {
-        let images = renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?)));
+        let images =
+            renderings.iter().map(|(name, rendering)| Ok((*name, radiance(rendering)?, self.alpha(rendering))));
         let images = images.collect::<Result<Vec<_>, CliError>>()?;
-        let layers: Vec<_> = images.iter().map(|(name, image)| (*name, image)).collect();
-        Ok(write_exr_layers(&self.path, &layers, &borrowed(texts))?)
+        let layers: Vec<_> = images.iter().map(|(name, image, alpha)| (*name, image, alpha.as_deref())).collect();
+        Ok(write_exr_image(&self.path, &layers, &borrowed(texts))?)
     }
 
     /// Writes an image in the format of the file name's ending, with texts.
@@ -91,16 +96,25 @@ impl Output {
         let texts = borrowed(texts);
         match self.format {
             Format::Png => {
-                let pixels: Vec<u8> =
-                    rendering.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
                 let RenderedImage { width, height, .. } = *rendering;
-                write_png_with_texts(&self.path, [width, height], ColorType::Rgb, &pixels, &texts)?;
+                let (color, pixels) = match self.background {
+                    Background::Transparent => (ColorType::Rgba, rendering.display.as_flattened().to_vec()),
+                    _ => (ColorType::Rgb, images::rgb(rendering)),
+                };
+                write_png_with_texts(&self.path, [width, height], color, &pixels, &texts)?;
             }
             Format::Exr => {
-                write_exr_with_attributes(&self.path, &radiance(rendering)?, &texts)?;
+                let alpha = self.alpha(rendering);
+                write_exr_image(&self.path, &[("", &radiance(rendering)?, alpha.as_deref())], &texts)?;
             }
         }
         Ok(())
+    }
+
+    /// The opacity of an image's pixels, unless it has the environment for a background.
+    fn alpha(&self, rendering: &RenderedImage) -> Option<Vec<f32>> {
+        let has_alpha = self.background != Background::Environment;
+        has_alpha.then(|| rendering.radiance.iter().map(|[.., alpha]| *alpha).collect())
     }
 }
 

@@ -55,7 +55,8 @@ pub(crate) struct Passes {
     pub forward: Forward,
     /// Writes demodulated irradiance if it is requested instead of an image.
     pub irradiance: DemodulatedLight,
-    pub sky: Sky,
+    /// The environment behind the surfaces, if it is shown.
+    pub sky: Option<Sky>,
     pub progressive: Progressive,
     /// Antialiasing of frames that belong to no mean, if it is temporal.
     pub antialiasing: Option<TemporalAntialiasing>,
@@ -198,7 +199,9 @@ impl Passes {
             }
             let (radiance, visibility) = self.shade(frame, view, lights.as_ref(), &arriving)?;
             self.add_from_behind(frame, view, lights.as_ref(), &radiance)?;
-            self.sky.record(frame, view, &radiance)?;
+            if let Some(sky) = &mut self.sky {
+                sky.record(frame, view, &radiance)?;
+            }
             let indirect_of_transparent = self.blend(frame, view, transparent_lights.as_ref(), &radiance)?;
             let Arriving { ambient_visibility, indirect, direct, .. } = arriving;
             let shaded = Shaded::of_lights(radiance, lights);

@@ -83,9 +83,9 @@ pub struct RenderedImage {
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
-    /// Scene-referred: linear Rec. 709, nits; alpha is the coverage of surfaces.
+    /// Scene-referred: linear Rec. 709, nits; alpha is the coverage of surfaces, or [opacity](crate::settings::Background).
     pub radiance: Vec<[f32; 4]>,
-    /// The display image: exposed, tone-mapped and sRGB-encoded; or the debug view.
+    /// The display image: exposed, tone-mapped and sRGB-encoded, with straight alpha; or the debug view.
     pub display: Vec<[u8; 4]>,
     /// The exposure of `display`, EV; the measured one for [`Exposure::Auto`]. None for a debug view.
     pub exposure: Option<f32>,

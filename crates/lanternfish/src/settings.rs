@@ -1,5 +1,6 @@
 //! Rendering settings, with their units, ranges and effects.
 
+mod background;
 mod groups;
 mod named;
 mod parameters;
@@ -22,6 +23,7 @@ pub use crate::{
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
 };
+pub use background::Background;
 pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
 pub use named::AnyParameter;
 pub use presets::Preset;

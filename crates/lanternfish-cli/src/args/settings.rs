@@ -21,7 +21,7 @@ const TABLES: [&[&str]; 4] = [
         "light-radius",
         "sun-diameter",
     ],
-    &["materials", "exposure", "tone-map", "anisotropy", "debug-view"],
+    &["materials", "exposure", "tone-map", "background", "anisotropy", "debug-view"],
     &[
         "direct",
         "shadows",

@@ -1,8 +1,9 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Antialiasing, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion,
-        Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+        Anisotropy, Antialiasing, Attenuation, Background, Culling, DebugView, Exposure, History, Indirect, Materials,
+        Occlusion, Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer,
+        TracerChoice,
     },
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
@@ -54,7 +55,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --attenuation-near-radius 0.75 --attenuation-coefficients 1,0.5,2 --range-threshold 0.5 \
-                 --materials lambert --exposure -2 --tone-map none --samples 4 \
+                 --materials lambert --exposure -2 --tone-map none --background #ff8000 --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
                  --deep-search linear_steps --deep-store linked_list --deep-test off --deep-tolerance 1.5 --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
@@ -73,6 +74,7 @@ fn every_flag_reaches_its_setting() {
         .with_materials(Materials::Lambert)
         .with_exposure(Exposure::Ev(-2.0))
         .with_tone_map(ToneMap::None)
+        .with_background(Background::Color([255, 128, 0]))
         .with_debug_view(Some(DebugView::LightCount))
         .with_textures(TextureBinding::PerMaterial)
         .with_anisotropy(Anisotropy::X2)

@@ -188,7 +188,7 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
 /// The images and their files. Refuses everything that can be refused without work.
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
-    let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
+    let output = Output::choose(args.output.output.as_deref(), &args.scene)?.over(args.settings().image.background);
     let of = |frame: &ShotFrame| frame.number.map_or_else(|| output.clone(), |number| output.numbered(number));
     let frames = shot.frames();
     let outputs: Vec<_> = frames.iter().map(of).collect();

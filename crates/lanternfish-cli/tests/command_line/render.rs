@@ -206,6 +206,29 @@ fn gpu_the_default_name_is_the_scenes_and_replaces_an_old_file() {
 }
 
 #[test]
+fn gpu_a_hidden_background_gives_files_alpha() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |words: &str| {
+        render_scene(folder.path(), "demo:furnace", &format!("--indirect none {words}"));
+        fs::read(folder.path().join(words.split(' ').next_back().unwrap())).unwrap()
+    };
+    // The colour type of a PNG file, and channel A of half floats.
+    let color_type = |words: &str| bytes(words)[25];
+    let has_alpha = |words: &str| bytes(words).windows(6).any(|bytes| bytes == b"A\0\x01\0\0\0");
+    assert_eq!((color_type("-o a.png"), color_type("--background transparent -o b.png")), (2, 6));
+    assert_eq!(color_type("--background white -o c.png"), 2);
+    let white = read_png(&folder.path().join("c.png")).unwrap();
+    assert_eq!(white.pixels[0], [1.0; 3]);
+    assert!(
+        !has_alpha("-o a.exr")
+            && has_alpha("--background transparent -o b.exr")
+            && has_alpha("--background #010203 -o c.exr")
+    );
+    let hidden = read_exr(&folder.path().join("b.exr")).unwrap();
+    assert_eq!(hidden.pixels[0], [0.0; 3]);
+}
+
+#[test]
 fn gpu_empty_scenes_render() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();

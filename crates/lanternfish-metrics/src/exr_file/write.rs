@@ -8,8 +8,7 @@ use std::{
 use exr::{
     meta::attribute::AttributeValue,
     prelude::{
-        AnyChannel, AnyChannels, Encoding, Error, FlatSamples, Image, Layer, LayerAttributes, SpecificChannels, Text,
-        Vec2, WritableImage, f16,
+        AnyChannel, AnyChannels, Encoding, Error, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage, f16,
     },
 };
 
@@ -24,27 +23,7 @@ const LEAST_OF_HALVES: f32 = 1.0 / 16.0;
 /// Values are half floats, with 11 bits of precision, if they hold the image: no finite value exceeds 65504, and the
 /// largest is zero or above 1/16, so that a thousandth of it has full precision. Otherwise they are 32-bit floats.
 pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
-    write_exr_with_attributes(path, image, &[])
-}
-
-/// As [`write_exr`], with text attributes as in [`write_exr_layers`]. Equal content gives equal bytes.
-pub fn write_exr_with_attributes(
-    path: &Path,
-    image: &RgbImage,
-    attributes: &[(&str, &str)],
-) -> Result<(), MetricsError> {
-    let finite = image.pixels.as_flattened().iter().filter(|value| value.is_finite());
-    let largest = finite.fold(0.0, |largest: f32, value| largest.max(value.abs()));
-    if largest > f16::MAX.to_f32() || (largest > 0.0 && largest < LEAST_OF_HALVES) {
-        return write_exr_layers(path, &[("", image)], attributes);
-    }
-    let half = f16::from_f32;
-    let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
-        let [red, green, blue] = image.pixels[position.y() * image.width + position.x()].map(half);
-        (red, green, blue)
-    });
-    let layer = Layer::new((image.width, image.height), described(path, attributes)?, encoding(), channels);
-    write_sorted(path, |file| Image::from_layer(layer).write().to_buffered(file))
+    write_exr_image(path, &[("", image, None)], &[])
 }
 
 /// Writes several images of one size into one part of a file as 32-bit floats, losslessly, with text attributes. The
@@ -59,18 +38,50 @@ pub fn write_exr_layers(
     layers: &[(&str, &RgbImage)],
     attributes: &[(&str, &str)],
 ) -> Result<(), MetricsError> {
-    let Some((_, first)) = layers.first() else {
+    let layers: Vec<_> = layers.iter().map(|(name, image)| (*name, *image, None)).collect();
+    write(path, &layers, attributes, FlatSamples::F32)
+}
+
+/// As [`write_exr_layers`], each image with the opacity of its pixels, if given: the channel `A`, by which the colours are
+/// premultiplied. A single image is of half floats if they hold it, as in [`write_exr`].
+pub fn write_exr_image(
+    path: &Path,
+    layers: &[(&str, &RgbImage, Option<&[f32]>)],
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
+    match layers {
+        [(_, image, _)] if fits_halves(image) => write(path, layers, attributes, |samples| {
+            FlatSamples::F16(samples.into_iter().map(f16::from_f32).collect())
+        }),
+        _ => write(path, layers, attributes, FlatSamples::F32),
+    }
+}
+
+fn fits_halves(image: &RgbImage) -> bool {
+    let finite = image.pixels.as_flattened().iter().filter(|value| value.is_finite());
+    let largest = finite.fold(0.0, |largest: f32, value| largest.max(value.abs()));
+    largest == 0.0 || (LEAST_OF_HALVES..=f16::MAX.to_f32()).contains(&largest)
+}
+
+fn write(
+    path: &Path,
+    layers: &[(&str, &RgbImage, Option<&[f32]>)],
+    attributes: &[(&str, &str)],
+    samples: impl Fn(Vec<f32>) -> FlatSamples,
+) -> Result<(), MetricsError> {
+    let Some((_, first, _)) = layers.first() else {
         return Err(invalid(path, "a file has at least one layer".to_owned()));
     };
-    check_names(path, "layer", layers.iter().map(|(name, _)| *name))?;
+    check_names(path, "layer", layers.iter().map(|(name, ..)| *name))?;
     let described = described(path, attributes)?;
-    let mut channels = Vec::with_capacity(3 * layers.len());
-    for (name, image) in layers {
+    let mut channels = Vec::with_capacity(4 * layers.len());
+    for (name, image, alpha) in layers {
         check_sizes(image, first)?;
-        for (channel, letter) in ["R", "G", "B"].into_iter().enumerate() {
+        let colors = ["R", "G", "B"].into_iter().enumerate();
+        let colors = colors.map(|(i, letter)| (letter, image.pixels.iter().map(|pixel| pixel[i]).collect()));
+        for (letter, values) in colors.chain(alpha.map(|alpha| ("A", alpha.to_vec()))) {
             let name = if name.is_empty() { letter.to_owned() } else { format!("{name}.{letter}") };
-            let samples = image.pixels.iter().map(|pixel| pixel[channel]).collect();
-            channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(samples)));
+            channels.push(AnyChannel::new(name.as_str(), samples(values)));
         }
     }
     let channels = AnyChannels::sort(channels.into_iter().collect());

@@ -56,6 +56,12 @@ fn aces(color: Vec3) -> Vec3 {
     output * fitted
 }
 
+/// Display-linear value of an sRGB-encoded byte.
+pub(super) fn linear_of(byte: u8) -> f32 {
+    let encoded = f32::from(byte) / 255.0;
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
 /// [IEC 61966-2-1]
 fn srgb_from_linear(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }

@@ -7,7 +7,7 @@ pub(crate) mod present;
 #[cfg(test)]
 mod tests;
 
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 use lanternfish_gpu::{
     Bindings, BufferPart, Frame, GpuError, RasterPipeline, RasterState, SharedStruct, gpu_struct, read_back,
     storage_buffer_of,
@@ -16,7 +16,7 @@ use lanternfish_gpu::{
 use self::meter::Meter;
 use crate::{
     error::RenderError,
-    settings::{Exposure, ToneMap},
+    settings::{Background, Exposure, ImageSettings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -32,6 +32,10 @@ gpu_struct! {
         light_unit: f32,
         /// Largest radiance of a caller's texture, nits.
         most: f32,
+        /// 0: the image is opaque; 1: it is over `background`; 2: it has alpha.
+        opacity: u32,
+        /// Display-linear colour.
+        background: Vec3,
         _pad: f32,
     }
 }
@@ -49,31 +53,29 @@ pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 #[derive(Debug)]
 pub struct Output {
     pipeline: RasterPipeline,
-    tone_map: ToneMap,
+    settings: ImageSettings,
     /// Compiled at the first automatic exposure.
     meter: Option<Meter>,
-    exposure: Exposure,
     /// The exposure of the display images, EV. Automatic exposure writes it on the device, and the host has no copy.
     level: wgpu::Buffer,
 }
 
 impl Output {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device, tone_map: ToneMap, exposure: Exposure) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, settings: &ImageSettings) -> Result<Self, RenderError> {
         let shader = DECLARED.link("output/output", &[])?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "output", &state),
-            tone_map,
+            settings: settings.clone(),
             meter: None,
-            exposure,
-            level: level_of(device, exposure)?,
+            level: level_of(device, settings.exposure)?,
         })
     }
 
     /// Sets the exposure from the next frame on.
     pub fn set_exposure(&mut self, device: &wgpu::Device, exposure: Exposure) -> Result<(), RenderError> {
-        (self.exposure, self.level) = (exposure, level_of(device, exposure)?);
+        (self.settings.exposure, self.level) = (exposure, level_of(device, exposure)?);
         Ok(())
     }
 
@@ -84,7 +86,7 @@ impl Output {
         renderings: &[&wgpu::TextureView],
         light_unit: f32,
     ) -> Result<(), RenderError> {
-        if self.exposure == Exposure::Auto {
+        if self.settings.exposure == Exposure::Auto {
             let parameters = self.parameters(frame, light_unit);
             let meter = match &self.meter {
                 Some(meter) => meter,
@@ -97,7 +99,7 @@ impl Output {
 
     /// Waits for the exposure of the last frame's images, EV.
     pub fn exposure(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f32, GpuError> {
-        match self.exposure {
+        match self.settings.exposure {
             Exposure::Ev(ev) => Ok(ev),
             // A negative value that is rounded to zero is -0.
             Exposure::Auto => Ok(read_back::<f32>(device, queue, &self.level, 1)?[0] + 0.0),
@@ -121,7 +123,13 @@ impl Output {
     }
 
     fn parameters(&self, frame: &mut Frame<'_>, light_unit: f32) -> BufferPart {
-        frame.uniform(&OutputParameters { curve: self.tone_map as u32, light_unit, ..Default::default() })
+        let curve = self.settings.tone_map as u32;
+        let (opacity, background) = match self.settings.background {
+            Background::Environment => (0, Vec3::ZERO),
+            Background::Color(color) => (1, Vec3::from(color.map(display::linear_of))),
+            Background::Transparent => (2, Vec3::ZERO),
+        };
+        frame.uniform(&OutputParameters { curve, light_unit, opacity, background, ..Default::default() })
     }
 }
 

@@ -1,3 +1,5 @@
+mod background;
+
 use glam::Vec3;
 use lanternfish_gpu::{Gpu, Pool, Profiler, testing};
 
@@ -89,7 +91,7 @@ fn constants_are_the_shaders() {
 
 /// The exposure that the device computes for some images together.
 fn metered(gpu: &Gpu, renderings: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
-    let mut output = Output::new(&gpu.device, ToneMap::Neutral, Exposure::Auto).unwrap();
+    let mut output = Output::new(&gpu.device, &ImageSettings::default()).unwrap();
     let texture = |(size, pixels): &(UVec2, Vec<[f32; 4]>)| {
         let format = wgpu::TextureFormat::Rgba32Float;
         let view = target(&gpu.device, "rendering", *size, format, wgpu::TextureUsages::COPY_DST);

@@ -21,8 +21,8 @@ use crate::{
     progressive::Progressive,
     rays::{Structure, Tracer},
     settings::{
-        Anisotropy, Antialiasing, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting,
-        TextureBinding, ToneMap,
+        Anisotropy, Antialiasing, Background, DebugView, Exposure, Materials, Samples, Settings,
+        Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
     shading::{self, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
     shadows::{self, Shadows},
@@ -69,6 +69,9 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
 }
 
 fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, RenderError> {
+    if settings.image.debug_view.is_some() {
+        settings.image.background = Background::Environment;
+    }
     if settings.image.debug_view == Some(DebugView::BaseColor) {
         // A base colour is displayed as stored and needs no light.
         (settings.image.exposure, settings.image.tone_map, settings.shadows.technique) =
@@ -114,6 +117,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let direct = settings.direct.technique();
     let parts = direct.map_or(parts, |technique| parts | technique.parts(&settings));
     let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
+    let hides_environment = settings.image.background.hides_environment();
     let passes = Passes {
         direct,
         prepass: match needs_motion && !one_sample {
@@ -136,17 +140,17 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         visibility_ratios: VisibilityRatios::new(device, &settings)?,
         forward: Forward::new(&settings, tracer),
         irradiance: DemodulatedLight::new(&settings, tracer),
-        sky: Sky::new(),
+        sky: (!hides_environment).then(Sky::new),
         progressive: Progressive::new(device)?,
         antialiasing: is_temporal.then(|| TemporalAntialiasing::new(device)).transpose()?,
-        output: Output::new(device, settings.image.tone_map, settings.image.exposure)?,
+        output: Output::new(device, &settings.image)?,
         debug_views: DebugViews::new(device, &settings)?,
         present: Present::default(),
     };
     let anisotropy = anisotropy(settings.materials.anisotropy, &device.adapter_info());
     let needs = SceneRequirements::new(shading(&settings), settings.light_storage(), parts, texture_arrays, anisotropy);
     let lit = [false, true].map(|is_sampled| shading::features(&settings, tracer, is_sampled));
-    let drawn = (needs_normals, needs_motion, one_sample, settings.image.samples, lit);
+    let drawn = (needs_normals, needs_motion, one_sample, settings.image.samples, hides_environment, lit);
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }

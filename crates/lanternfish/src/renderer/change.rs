@@ -40,12 +40,15 @@ impl Renderer {
             None => Change::Uniform,
         };
         let shown_alike = |settings: &Settings| {
-            let ImageSettings { exposure, tone_map, accumulate, .. } = effective.image;
-            settings.clone().with_exposure(exposure).with_tone_map(tone_map).with_accumulate(accumulate)
+            let ImageSettings { exposure, tone_map, background, accumulate, .. } = effective.image;
+            let is_hidden = background.hides_environment() == settings.image.background.hides_environment();
+            let background = if is_hidden { background } else { settings.image.background };
+            let alike = settings.clone().with_exposure(exposure).with_tone_map(tone_map);
+            alike.with_background(background).with_accumulate(accumulate)
         };
         if shown_alike(&self.effective) == effective {
             let device = &self.engine.device;
-            let output = || Output::new(device, effective.image.tone_map, effective.image.exposure);
+            let output = || Output::new(device, &effective.image);
             self.passes.output = self.engine.within(output)?;
         } else {
             self.passes = passes;

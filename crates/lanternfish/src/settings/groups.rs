@@ -4,8 +4,9 @@ use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Anisotropy, Antialiasing, Attenuation, Coefficients, Culling, DebugView, Direct, Exposure, History, Indirect,
-    Materials, Occlusion, RayCulling, RayRangeCulling, Samples, Settings, Shadows, Structure, TextureBinding, ToneMap,
+    Anisotropy, Antialiasing, Attenuation, Background, Coefficients, Culling, DebugView, Direct, Exposure, History,
+    Indirect, Materials, Occlusion, RayCulling, RayRangeCulling, Samples, Settings, Shadows, Structure, TextureBinding,
+    ToneMap,
 };
 
 /// Falloff, range and size of lights.
@@ -109,6 +110,9 @@ pub struct ImageSettings {
     pub exposure: Exposure,
     /// Tone mapping operator from scene-referred radiance to display values.
     pub tone_map: ToneMap,
+    /// What the image shows where it shows no surface.
+    #[serde(with = "crate::technique::data::text")]
+    pub background: Background,
     /// A quantity of the frame to show instead of radiance.
     pub debug_view: Option<DebugView>,
     /// Antialiasing over the frames of a moving view.
@@ -126,6 +130,7 @@ impl Default for ImageSettings {
         Self {
             exposure: Exposure::Auto,
             tone_map: ToneMap::Neutral,
+            background: Background::Environment,
             debug_view: None,
             antialiasing: Antialiasing::None,
             samples: Samples::Four,
@@ -170,6 +175,7 @@ setters! {
     with_anisotropy(Anisotropy) => materials.anisotropy,
     with_exposure(Exposure) => image.exposure,
     with_tone_map(ToneMap) => image.tone_map,
+    with_background(Background) => image.background,
     with_debug_view(impl Into<Option<DebugView>>) => image.debug_view,
     with_antialiasing(Antialiasing) => image.antialiasing,
     with_samples(Samples) => image.samples,

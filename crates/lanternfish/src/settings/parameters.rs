@@ -49,6 +49,18 @@ impl Settings {
         )
         .with_default()
         .everyday(),
+        Parameter::new(
+            "background",
+            "COLOR",
+            Range::Text,
+            "What the image shows where it shows no surface: transparent, white, black, #RRGGBB, or the environment.\n\n\
+             It lights nothing and is not metered. transparent: the image has alpha, straight in .png, premultiplied in .exr: \
+             the share of opaque surfaces, the alpha of blended ones, what glass does not let through. A colour is for .png; an \
+             .exr file has alpha then. Without it: environment.",
+            |s: &mut Self| &mut s.image.background,
+        )
+        .everyday()
+        .without_panel(),
         Parameter::new("materials", "NAME", Range::Names, "Material model.", |s: &mut Self| &mut s.materials.model)
             .with_default(),
         Parameter::new(

@@ -41,6 +41,8 @@ pub(crate) use self::{
 
 /// Transparent surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature::new("transparent");
+/// The background is hidden, and alpha is opacity.
+const UNCOVERED: Feature = Feature::new("uncovered");
 /// Shading reads visibility bits.
 const SHADOW_BITS: Feature = Feature::new("shadow_bits");
 
@@ -69,6 +71,7 @@ pub(crate) struct Forward {
     /// Replaces the image by what is behind other transmitting surfaces.
     refraction: Refraction,
     samples: u32,
+    hides_environment: bool,
 }
 
 /// The passes that light surfaces.
@@ -118,6 +121,7 @@ impl Forward {
             bias: Default::default(),
         };
         let samples = settings.image.samples.count();
+        let hides_environment = settings.image.background.hides_environment();
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
@@ -135,7 +139,8 @@ impl Forward {
                     dst_factor: wgpu::BlendFactor::Src,
                     operation: wgpu::BlendOperation::Add,
                 },
-                alpha: kept_alpha,
+                // What the surface lets through shows the background where the image is uncovered.
+                alpha: if hides_environment { wgpu::BlendComponent::OVER } else { kept_alpha },
             }),
             ..over.clone()
         };
@@ -173,10 +178,10 @@ impl Forward {
             }
         };
         let through = PassState { depth: nearer.clone(), targets: vec![multiplied], samples, faces: Faces::Shown };
-        let refraction = Refraction::new(&through);
+        let refraction = Refraction::new(&through, hides_environment);
         let dim = SceneRaster::new("shading/transparent", DECLARED, "shading/dim", &[TRANSPARENT], false, through)
             .with_layers();
-        Self { listed: lit(false), sampled: lit(true), dim, refraction, samples }
+        Self { listed: lit(false), sampled: lit(true), dim, refraction, samples, hides_environment }
     }
 
     /// The target of one view's image.
@@ -214,7 +219,8 @@ impl Forward {
         let fractions = fractions.map(AccumulatedRatios::bindings);
         let bindings = fractions.iter().fold(bindings, |bindings, more| bindings.with(more));
         let samples = self.samples;
-        let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
+        let sky = if self.hides_environment { wgpu::Color::TRANSPARENT } else { sky(scene.sky) };
+        let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
             // Mesa's software driver shifts a scissor by half a pixel with multisampling, so the shader tests the rows there.
             if samples == 1 {

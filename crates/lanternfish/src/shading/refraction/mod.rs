@@ -7,7 +7,7 @@ mod tests;
 use glam::UVec2;
 use lanternfish_gpu::{BindGroups, Bindings, Frame, RasterPipeline, RasterState};
 
-use super::{DECLARED, TRANSPARENT};
+use super::{DECLARED, TRANSPARENT, UNCOVERED};
 use crate::{
     context::ViewContext,
     error::RenderError,
@@ -18,7 +18,10 @@ use crate::{
 };
 
 pub(super) const ROOTS: [Root; 2] = [
-    Root::of("shading/refraction/refract", &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], TEXTURES]),
+    Root::of(
+        "shading/refraction/refract",
+        &[&[&[TRANSPARENT], &[TRANSPARENT, LAYERED]], &[&[], &[UNCOVERED]], TEXTURES],
+    ),
     Root::new("shading/refraction/shrink"),
 ];
 
@@ -50,8 +53,8 @@ pub(super) struct Image {
 }
 
 impl Refraction {
-    /// Compiles nothing. `state`: that of a pass over transparent surfaces.
-    pub fn new(state: &PassState) -> Self {
+    /// Compiles nothing. `state`: that of a pass over transparent surfaces. `hides_environment`: alpha is opacity.
+    pub fn new(state: &PassState, hides_environment: bool) -> Self {
         let over = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::SrcAlpha,
             dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
@@ -64,7 +67,8 @@ impl Refraction {
         };
         let target = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
-            blend: Some(wgpu::BlendState { color: over, alpha: kept }),
+            // With a hidden background, the shader reads the pixel itself.
+            blend: (!hides_environment).then_some(wgpu::BlendState { color: over, alpha: kept }),
             write_mask: wgpu::ColorWrites::ALL,
         };
         let state = PassState { targets: vec![target], faces: Faces::Shown, ..state.clone() };
@@ -72,7 +76,7 @@ impl Refraction {
             "shading/transparent",
             DECLARED,
             "shading/refraction/refract",
-            &[TRANSPARENT],
+            if hides_environment { &[TRANSPARENT, UNCOVERED] } else { &[TRANSPARENT] },
             false,
             state,
         );
