@@ -22,7 +22,7 @@ use lanternfish_papers::{DeepImageSettings, Paper};
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{
-    light::{EnvironmentSun, LightArgs},
+    light::{EnvironmentSun, Ground, LightArgs},
     part::PartArgs,
     settings::{IndirectArgs, LookArgs, TechniqueArgs},
     shared::{Selection, SharedFlags},

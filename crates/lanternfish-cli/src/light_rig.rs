@@ -1,16 +1,19 @@
 //! Adds light to dark scenes, and notes for the user.
 
-use glam::{Mat3, Vec3};
+use glam::{Affine3A, Mat3, Vec3};
 use lanternfish::{
     RenderedImage,
-    settings::{Occlusion, Settings},
+    settings::{Background, Exposure, Occlusion, Settings},
 };
 use lanternfish_scene::{
     Camera, LightKind, Scene,
-    rig::{self, LightRig},
+    rig::{self, LightRig, ground},
 };
 
-use crate::{args::LightArgs, error::CliError};
+use crate::{
+    args::{Ground, LightArgs},
+    error::CliError,
+};
 
 /// How an image depends on light.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +22,10 @@ pub(crate) struct Lighting {
     pub is_seen: bool,
     /// True if environment light reaches surfaces.
     pub reaches_surfaces: bool,
+    /// True if the image shows the environment, from one side: a ground that looks like it may be added.
+    pub takes_ground: bool,
+    /// True if the exposure is metered, so that a rig can be scaled to the scene's lamps.
+    pub is_metered: bool,
 }
 
 impl Lighting {
@@ -26,7 +33,9 @@ impl Lighting {
     pub fn of(settings: &Settings) -> Self {
         let reaches_surfaces = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
         // Debug views need no light.
-        Self { is_seen: settings.image.debug_view.is_none(), reaches_surfaces }
+        let takes_ground = settings.image.background == Background::Environment;
+        let is_metered = settings.image.exposure == Exposure::Auto;
+        Self { is_seen: settings.image.debug_view.is_none(), reaches_surfaces, takes_ground, is_metered }
     }
 }
 
@@ -38,6 +47,8 @@ pub struct AddedLights {
     exposure: Option<f32>,
     /// Index of the sun among the scene's lights, and its direction before the orbit.
     sun: Option<(usize, Vec3)>,
+    /// The instance of the ground, and its transform before the orbit.
+    ground: Option<(usize, Affine3A)>,
 }
 
 impl AddedLights {
@@ -55,6 +66,19 @@ impl AddedLights {
             has_studio,
             exposure: (has_studio && is_alone).then(|| scale.recip().log2()).filter(|ev| ev.is_finite()),
             sun: sun.map(|(index, light)| (index, light.direction)),
+            ground: None,
+        }
+    }
+
+    /// Adds the ground of `--ground`, or by default that of an object in the studio.
+    fn stand(&mut self, scene: &mut Scene, camera: &Camera, wanted: Option<Ground>, lighting: Lighting) {
+        let is_wanted = match wanted {
+            Some(wanted) => wanted == Ground::On,
+            None => self.has_studio && lighting.takes_ground && ground::suits(scene, camera),
+        };
+        if lighting.is_seen && is_wanted {
+            let index = ground::add(scene, camera);
+            self.ground = Some((index, scene.instances[index].world_from_object));
         }
     }
 
@@ -65,7 +89,7 @@ impl AddedLights {
 
     /// True if there are none.
     pub fn is_empty(&self) -> bool {
-        !self.has_studio && self.sun.is_none()
+        !self.has_studio && self.sun.is_none() && self.ground.is_none()
     }
 
     /// Rotates them about +y to this angle of the camera's orbit, radians, counter-clockwise seen from above.
@@ -75,6 +99,10 @@ impl AddedLights {
         }
         if let Some((index, direction)) = self.sun {
             scene.lights[index].direction = Mat3::from_rotation_y(angle) * direction;
+        }
+        // It looks like the environment behind it.
+        if let Some((index, still)) = self.ground.filter(|_| self.has_studio) {
+            scene.instances[index].world_from_object = still * Affine3A::from_rotation_y(angle);
         }
     }
 }
@@ -88,11 +116,27 @@ pub(crate) fn light(
     lighting: Lighting,
     say: impl Fn(&str),
 ) -> Result<AddedLights, CliError> {
-    let requested = add(scene, flags, camera)?;
     if scene.bounds().is_empty() {
         say("the scene has no geometry: only its environment is visible");
-        return Ok(requested);
+        return add(scene, flags, camera);
     }
+    let mut added = rig_of(scene, flags, camera, lighting, say)?;
+    added.stand(scene, camera, flags.ground, lighting);
+    Ok(added)
+}
+
+/// The rig of `--light-rig`, or the default one.
+fn rig_of(
+    scene: &mut Scene,
+    flags: &LightArgs,
+    camera: &Camera,
+    lighting: Lighting,
+    say: impl Fn(&str),
+) -> Result<AddedLights, CliError> {
+    if lighting.is_metered && FillLight::is_scaled(scene, flags) {
+        return Ok(AddedLights::default());
+    }
+    let requested = add(scene, flags, camera)?;
     if !lighting.is_seen || !rig::is_dark(scene) {
         return Ok(requested);
     }
@@ -137,12 +181,22 @@ impl FillLight {
     /// True if a scene may lack it: it has no environment, and no rig is chosen.
     pub fn may_lack(scene: &Scene, flags: &LightArgs) -> bool {
         let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
-        !has_environment && flags.light_rig.is_none()
+        !has_environment && (flags.light_rig.is_none() || Self::is_scaled(scene, flags))
+    }
+
+    /// True if `--light-rig studio` is to be as bright as suits the scene's own lamps.
+    fn is_scaled(scene: &Scene, flags: &LightArgs) -> bool {
+        let has_own = !rig::is_dark(scene) && !has_light(flags);
+        has_own && flags.light_rig == Some(LightRig::Studio) && flags.environment_scale == 1.0
     }
 
     /// The light that a scene needs in addition, seen by `camera` as `rendering`. `None` if enough is visible.
-    pub fn of(rendering: &RenderedImage, scene: &Scene, camera: &Camera) -> Option<Self> {
+    /// `flags` may ask for the studio.
+    pub fn of(rendering: &RenderedImage, scene: &Scene, camera: &Camera, flags: &LightArgs) -> Option<Self> {
         let white = (-rendering.exposure?).exp2();
+        if Self::is_scaled(scene, flags) {
+            return Some(Self::Studio(DIM_STUDIO * white));
+        }
         let (mut surface, mut black) = (0.0, 0.0);
         for [red, green, blue, covered] in &rendering.radiance {
             surface += covered;
@@ -160,15 +214,27 @@ impl FillLight {
         Some(if is_between { Self::Sky(FAINT_SKY * white) } else { Self::Studio(DIM_STUDIO * white) })
     }
 
-    /// Adds it, and returns what revolves with the camera of an orbit.
-    pub fn add(self, scene: &mut Scene, camera: &Camera) -> AddedLights {
-        match self {
+    /// Adds it, and a ground unless there is one `before`; returns what revolves with the camera of an orbit.
+    pub fn add(
+        self,
+        scene: &mut Scene,
+        camera: &Camera,
+        before: AddedLights,
+        flags: &LightArgs,
+        lighting: Lighting,
+    ) -> AddedLights {
+        let mut added = match self {
             Self::Sky(radiance) => {
                 scene.sky = radiance;
                 AddedLights::default()
             }
             Self::Studio(scale) => AddedLights::add(LightRig::Studio, scene, camera, scale),
+        };
+        match before.ground {
+            Some(_) => added.ground = before.ground,
+            None => added.stand(scene, camera, flags.ground, lighting),
         }
+        added
     }
 
     /// What was added, and the flags that repeat it.
@@ -227,10 +293,21 @@ pub(crate) fn has_light(flags: &LightArgs) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
     use lanternfish::Report;
-    use lanternfish_scene::{Projection, generate::demo};
+    use lanternfish_scene::{Projection, Viewpoint, generate::demo};
 
     use super::*;
+    use crate::cli::{Cli, Command};
+
+    /// Flags of `lanternfish render`.
+    fn flags(words: &str) -> LightArgs {
+        let line = ["lanternfish", "render", "a.glb"].into_iter().chain(words.split_whitespace());
+        match Cli::try_parse_from(line).unwrap().command {
+            Command::Render(args) => args.lights,
+            _ => unreachable!("the words start with render"),
+        }
+    }
 
     /// Seen from the camera, the studio and the sun are the same at every angle.
     #[test]
@@ -278,6 +355,36 @@ mod tests {
     }
 
     #[test]
+    fn objects_in_the_studio_stand_on_a_ground() {
+        let mut ball = demo("furnace").unwrap();
+        (ball.lights, ball.sky) = (Vec::new(), Vec3::ZERO);
+        ball.instances.truncate(1);
+        let camera = Camera::framing_scene(&ball, Some(Viewpoint::Iso), 0.8, 1.5);
+        let lighting = Lighting { is_seen: true, reaches_surfaces: true, takes_ground: true, is_metered: false };
+        let stands = |words, lighting| {
+            let mut scene = ball.clone();
+            let added = light(&mut scene, &flags(words), &camera, lighting, |_| ()).unwrap();
+            assert_eq!(scene.instances.len(), 1 + usize::from(added.ground.is_some()), "{words}");
+            added.ground.is_some()
+        };
+        assert!(
+            stands("", lighting)
+                && stands("--light-rig studio", lighting)
+                && stands("--sky 1,1,1 --ground on", lighting)
+        );
+        assert!(!stands("--ground off", lighting) && !stands("--sky 1,1,1", lighting));
+        let hidden = Lighting { takes_ground: false, ..lighting };
+        assert!(!stands("", hidden) && stands("--ground on", hidden));
+        assert!(!stands("--ground on", Lighting { is_seen: false, ..lighting }));
+        // It turns with the studio, about the object.
+        let added = light(&mut ball, &flags(""), &camera, lighting, |_| ()).unwrap();
+        added.revolve(&mut ball, 1.0);
+        let (index, still) = added.ground.unwrap();
+        let now = ball.instances[index].world_from_object;
+        assert!(now.translation == still.translation && now.matrix3 != still.matrix3);
+    }
+
+    #[test]
     fn nearly_black_images_get_a_sky_in_streets_and_a_studio_around_objects() {
         let scene = demo("furnace").unwrap();
         let projection = Projection::Perspective { fov_y: 0.8, near: 0.1 };
@@ -294,18 +401,24 @@ mod tests {
             exposure: Some(-2.0),
             report: Report::default(),
         };
-        let of = |black, camera| FillLight::of(&image(black), &scene, camera);
+        let of = |black, camera| FillLight::of(&image(black), &scene, camera, &flags(""));
         assert_eq!(of(7, &between), Some(FillLight::Sky(4.0 * FAINT_SKY)));
         assert_eq!(of(7, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
         assert_eq!((of(6, &between), of(6, &outside)), (None, None));
         // In front of nothing: most pixels show no surface. A room is not lit from outside.
         let mut alone = image(0);
         alone.radiance.iter_mut().skip(5).for_each(|pixel| *pixel = [0.0; 4]);
-        assert_eq!(FillLight::of(&alone, &scene, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
-        assert_eq!(FillLight::of(&alone, &scene, &between), None);
+        assert_eq!(FillLight::of(&alone, &scene, &outside, &flags("")), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
+        assert_eq!(FillLight::of(&alone, &scene, &between, &flags("")), None);
         let room = demo("cornell").unwrap();
-        assert_eq!(FillLight::of(&alone, &room, &outside), None);
-        let studio = of(7, &outside).unwrap();
+        assert_eq!(FillLight::of(&alone, &room, &outside, &flags("")), None);
+        // By hand it is as bright, whatever is visible; with a scale it is added before.
+        let of = |words| FillLight::of(&image(0), &scene, &outside, &flags(words));
+        assert_eq!(of("--light-rig studio"), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
+        for words in ["", "--light-rig studio --environment-scale 2", "--light-rig studio --sun 0,-1,0,1"] {
+            assert_eq!(of(words), None, "{words}");
+        }
+        let studio = FillLight::Studio(4.0 * DIM_STUDIO);
         for text in [studio.note(), studio.advice()] {
             assert!(text.contains("--light-rig studio --environment-scale 1.2"), "{text}");
         }

@@ -21,6 +21,15 @@ pub enum EnvironmentSun {
     Image,
 }
 
+/// Whether there is a ground under the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Ground {
+    /// Under any scene.
+    On,
+    /// None.
+    Off,
+}
+
 /// Flags of lights and environment.
 #[derive(Debug, Args)]
 pub struct LightArgs {
@@ -81,6 +90,12 @@ pub struct LightArgs {
     /// nothing else lights the scene, or sun if an environment is present but does not light the scene.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
     pub light_rig: Option<LightRig>,
+    /// A ground that shows the object's shadow: on or off.
+    ///
+    /// It looks like the environment behind it where no shadow falls, from the first image's camera. Without it: on in images of
+    /// an object in the studio, off otherwise.
+    #[arg(long, value_name = "on|off", hide_short_help = true)]
+    pub ground: Option<Ground>,
     /// Many coloured point lights: rain:N.
     ///
     /// At most 2097152, those of the file included. rain:N or rain:N:radius: falling through the scene's bounds. --seed chooses

@@ -84,7 +84,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         progress.note("--seed is the seed of the noise; --rain-seed is the seed of --lights rain");
     }
 
-    let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
+    let is_seen = settings.integrator == Integrator::Path;
+    let lights = Lighting { is_seen, reaches_surfaces: true, takes_ground: true, is_metered: false };
     let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
     let Stage { mut scene, motion, cameras, rig } = Stage::of(&shot, views, lights, &mut progress, check)?;

@@ -80,7 +80,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
     let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
-    let (lights, mut opened) = (Lighting::of(&settings), None);
+    let is_metered = renderings::are_metered(&settings, output);
+    let (lights, mut opened) = (Lighting { is_metered, ..Lighting::of(&settings) }, None);
     let Stage { scene, motion, cameras, rig } = Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
         let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
         if scene.lights.is_empty() && counts_lights {
@@ -101,9 +102,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if let (Some(scale), Some(view)) = (&scale, settings.image.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
     }
-    let is_metered = renderings::are_metered(&settings, output);
     let is_lit = lights.is_seen && lights.reaches_surfaces;
-    let may_lack_light = is_metered && is_lit && FillLight::may_lack(&scene, &args.lights);
+    let may_lack_light = (is_metered && is_lit && FillLight::may_lack(&scene, &args.lights)).then_some(lights);
     let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, rig, may_lack_light);
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
     let mut cameras_before = cameras_before.iter();

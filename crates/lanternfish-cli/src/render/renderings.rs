@@ -19,7 +19,7 @@ use crate::{
     camera,
     error::CliError,
     images, legend,
-    light_rig::{self, AddedLights, FillLight},
+    light_rig::{self, AddedLights, FillLight, Lighting},
     motion::Motion,
     output::Output,
     parse::Frames,
@@ -44,7 +44,7 @@ pub struct RenderedImages<'a> {
     /// The lights of a rig that follow the camera of an orbit, and the orbit's angle at which they are.
     revolving: AddedLights,
     orbit_angle: f32,
-    may_lack_light: bool,
+    may_lack_light: Option<Lighting>,
     /// The metered images, if they are also the next frame's.
     metered: Option<Drawn>,
     /// Number of frames rendered so far, each of one or two images.
@@ -108,13 +108,13 @@ impl<'a> RenderedImages<'a> {
         scene: Scene,
         motion: Option<Motion>,
         revolving: AddedLights,
-        may_lack_light: bool,
+        may_lack_light: Option<Lighting>,
     ) -> Self {
         let size = args.output.size;
         let aspect = size.aspect();
         let may_change = args.track.orbit.is_some() && !revolving.is_empty();
         let bounds = motion.is_some().then(|| scene.bounds());
-        let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_lack_light);
+        let scene = Some(scene).filter(|_| motion.is_some() || may_change || may_lack_light.is_some());
         let scale = renderer.settings().image.debug_view.and_then(Scale::of);
         let (cost, exposure, metered) = (Report::default(), None, None);
         Self {
@@ -149,15 +149,16 @@ impl<'a> RenderedImages<'a> {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
         }
         let mut drawn = self.drawn(first, camera, progress)?;
-        if self.may_lack_light
+        let flags = &self.args.lights;
+        if let Some(lighting) = self.may_lack_light
             && let Some(scene) = &mut self.scene
-            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera)
+            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera, flags)
         {
-            if light_rig::has_light(&self.args.lights) {
+            if light_rig::has_light(flags) {
                 progress.note(&fill.advice());
             } else {
-                self.revolving = fill.add(scene, camera);
-                self.renderer.update(&mut self.uploaded, scene)?;
+                self.revolving = fill.add(scene, camera, self.revolving, flags, lighting);
+                self.uploaded = self.renderer.upload(scene)?;
                 drawn = self.drawn(first, camera, progress)?;
                 progress.note(&fill.note());
             }

@@ -80,6 +80,8 @@ impl Plan {
         let lights = Lighting {
             is_seen: settings.image.debug_view.is_none(),
             reaches_surfaces: settings.indirect != Indirect::NONE || settings.occlusion != Occlusion::NONE,
+            takes_ground: false,
+            is_metered: false,
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
         let bounds = scene.bounds();

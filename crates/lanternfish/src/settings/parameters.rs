@@ -33,8 +33,8 @@ impl Settings {
             "exposure",
             "auto|EV",
             Range::Text,
-            "Exposure in stops: 1 doubles, -1 halves; auto: metered to show most of the image.\n\n\
-             0 leaves the image as it is. auto meters the image and prints the value; of a sequence, it meters \
+            "Exposure in stops: 1 doubles, -1 halves; auto: by the image.\n\n\
+             0 leaves the image as it is. auto meters the image to show most of it, and prints the value; of a sequence, it meters \
              the first frame and applies the value to all. PNG only.",
             |s: &mut Self| &mut s.image.exposure,
         )
@@ -53,7 +53,7 @@ impl Settings {
             "background",
             "COLOR",
             Range::Text,
-            "What the image shows where it shows no surface: transparent, white, black, #RRGGBB, or the environment.\n\n\
+            "Behind the surfaces: transparent, white, black, #RRGGBB, environment.\n\n\
              It lights nothing and is not metered. transparent: the image has alpha, straight in .png, premultiplied in .exr: \
              the share of opaque surfaces, the alpha of blended ones, what glass does not let through. A colour is for .png; an \
              .exr file has alpha then. Without it: environment.",

@@ -185,9 +185,10 @@ fn every_setting_has_rows_or_a_reason() {
         "lights.coefficients",
         "lights.range-threshold",
         "lights.sun-diameter",
-        // Change the display of an image, not its rendering.
+        // Change the display of an image, not its light.
         "image.exposure",
         "image.tone-map",
+        "image.background",
         "image.debug-view",
         // Antialiasing of frames of a moving view; the rows are single images.
         "image.antialiasing",
