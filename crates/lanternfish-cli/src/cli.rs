@@ -5,7 +5,7 @@ use std::{ffi::OsString, process::ExitCode, time::Instant};
 use clap::{ArgMatches, Args, Parser, Subcommand};
 
 use crate::{
-    args::{RENDER_HELP, RENDER_SHORT_HELP, RenderArgs, ShotArgs, TrustArgs, view::WindowArgs},
+    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs, view::WindowArgs},
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
     doctor::{self, DoctorArgs},
@@ -48,7 +48,7 @@ pub enum Command {
     /// The last value of a repeated flag counts; --point, --disk and --rectangle add a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
-    Render(Box<RenderArgs>),
+    Render(Box<render::many::RunArgs>),
     /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
@@ -142,7 +142,7 @@ fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
     cli.trust.obey();
     told(match cli.command {
         Command::Render(args) => {
-            shot::resolve(&args.scene, said).and_then(|shot| render::run(&shot, started)).map(|()| 0)
+            render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
         Command::View(args) => {
             shot::resolve(&args.render.scene, said).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)

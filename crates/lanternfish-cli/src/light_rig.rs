@@ -304,7 +304,7 @@ mod tests {
     fn flags(words: &str) -> LightArgs {
         let line = ["lanternfish", "render", "a.glb"].into_iter().chain(words.split_whitespace());
         match Cli::try_parse_from(line).unwrap().command {
-            Command::Render(args) => args.lights,
+            Command::Render(args) => args.render.lights,
             _ => unreachable!("the words start with render"),
         }
     }

@@ -21,7 +21,7 @@ use crate::{
 fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
     lanternfish_papers::register();
     match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {
-        Command::Render(args) => Ok(*args),
+        Command::Render(args) => Ok(args.render),
         _ => unreachable!("the words start with render"),
     }
 }

@@ -301,6 +301,7 @@ mod tests {
     #[test]
     fn a_distance_requires_obscurance() {
         let Subcommand::Render(shot) = Cli::parse_from(["lanternfish", "render", "a.glb"]).command else { panic!() };
+        let shot = shot.render;
         let settings = |words: &str| parsed(words).unwrap().settings(&shot, 7).map_err(|error| error.to_string());
         assert_eq!(settings(""), Ok(Settings { seed: 7, ..Settings::default() }));
         let obscurance = settings("--integrator obscurance --max-distance 2.5").unwrap();

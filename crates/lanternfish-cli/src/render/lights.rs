@@ -91,6 +91,7 @@ mod tests {
             let words = ["lanternfish", "render", "demo:cornell", "--point", "0,1,0,2", "--environment"];
             let words = words.into_iter().chain([path.to_str().unwrap()]).chain(more.iter().copied());
             let Command::Render(args) = Cli::parse_from(words).command else { panic!() };
+            let args = args.render;
             let mut scene = Scene::default();
             apply_lights(&mut scene, &args.lights, 0).unwrap();
             (scene.lights.iter().map(|light| light.name.clone()).collect::<Vec<_>>(), scene.environment.unwrap())

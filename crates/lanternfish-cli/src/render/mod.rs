@@ -6,6 +6,7 @@
 
 pub mod existing;
 mod lights;
+pub mod many;
 pub mod metadata;
 mod renderings;
 
@@ -18,7 +19,7 @@ use lanternfish::{
     direct_light::auto::lights_in_reach,
     settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
-use lanternfish_gpu::{Gpu, driver_warning};
+use lanternfish_gpu::{Engine, Gpu, driver_warning};
 use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
@@ -47,7 +48,8 @@ struct Planned {
     is_there: bool,
 }
 
-pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
+/// Renders one scene on `device`, which is opened if there is none.
+fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(), CliError> {
     let args = &shot.args;
     let planned = plan(shot)?;
     let output = &planned[0].output;
@@ -88,13 +90,13 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
         }
         if scene.triangle_counts().1 > LARGE {
-            opened.insert(Opened::new(args, &settings, progress)?).renderer.check_memory(scene)?;
+            opened.insert(new_renderer(device, args, &settings, progress)?).check_memory(scene)?;
         }
         Ok(())
     })?;
     note_unused_light(&progress, &scene, &settings);
 
-    let Opened { gpu, renderer } = opened.map_or_else(|| Opened::new(args, &settings, &mut progress), Ok)?;
+    let renderer = opened.map_or_else(|| new_renderer(device, args, &settings, &mut progress), Ok)?;
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     note_many_lights(&progress, &uploaded, &renderer);
@@ -135,7 +137,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let run = Run {
         scene: &args.scene,
         output: &output.path,
-        adapter: &gpu.description,
+        adapter: &device.as_ref().expect("the renderer is on it").gpu.description,
         size,
         frames: told.is_sequence.then(|| u32::try_from(told.all - there).expect("frames have numbers")),
         exposure: renderings.exposure,
@@ -160,21 +162,31 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 /// Placed triangles from which on choosing a camera and light takes seconds.
 const LARGE: usize = 10_000_000;
 
-/// The adapter and what was compiled for it.
-struct Opened {
+/// The adapter, and what was compiled for it.
+struct Device {
     gpu: Gpu,
-    renderer: Renderer,
+    engine: Engine,
 }
 
-impl Opened {
-    fn new(args: &RenderArgs, settings: &Settings, progress: &mut Progress) -> Result<Self, CliError> {
-        let choice = args.run.adapter.clone().unwrap_or_default();
-        let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
-        progress.warn(driver_warning(&gpu.device.adapter_info()));
-        let renderer = progress
-            .step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
-        Ok(Self { gpu, renderer })
-    }
+/// A renderer on the device, which is opened if there is none.
+fn new_renderer(
+    device: &mut Option<Device>,
+    args: &RenderArgs,
+    settings: &Settings,
+    progress: &mut Progress,
+) -> Result<Renderer, CliError> {
+    let device = match device {
+        Some(device) => device,
+        None => {
+            let choice = args.run.adapter.clone().unwrap_or_default();
+            let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+            progress.warn(driver_warning(&gpu.device.adapter_info()));
+            let engine = Engine::new(&gpu.device, &gpu.queue);
+            device.insert(Device { gpu, engine })
+        }
+    };
+    let engine = &device.engine;
+    Ok(progress.step("compile", "Compiling shaders", || Renderer::with_engine(engine, settings.clone()))?)
 }
 
 /// Opens the last image in a window, if requested and if no render farm reads the progress.

@@ -67,22 +67,28 @@ struct ShownFrames {
     bar: Bar,
     all: u32,
     done: AtomicU32,
+    /// True for the first image of the process, which compiles what the driver has not stored.
+    is_first: bool,
 }
 
 impl ShownFrames {
-    fn new(bar: Bar, all: u32) -> Self {
-        Self { bar, all, done: AtomicU32::new(0) }
+    fn new(bar: Bar, all: u32, is_first: bool) -> Self {
+        Self { bar, all, done: AtomicU32::new(0), is_first }
     }
 
     fn pass(&self, PassProgress { label, index, count }: PassProgress<'_>) {
         let done = self.done.load(Relaxed);
-        let pass = format!("pass {} of {count}, {label}", index + 1);
+        let doing = match self.is_first && done == 0 {
+            true => "Rendering (the first time compiles shaders, once)",
+            false => "Rendering",
+        };
         match self.all {
-            // A frame has several parts if the host reads a result, or if it starts over with larger lists.
-            1 => self.bar.tell(format!("Rendering: {pass}")),
+            // A frame has several parts if the host reads a result, or if it starts over with larger lists: no count of its passes is known.
+            1 => self.bar.tell(format!("{doing}: {label}")),
             all => {
                 let fraction = f64::from(done) / f64::from(all);
-                self.bar.show(fraction, format!("Rendering: frame {} of {all}, {pass}", done + 1));
+                let pass = format!("pass {} of {count}, {label}", index + 1);
+                self.bar.show(fraction, format!("{doing}: frame {} of {all}, {pass}", done + 1));
             }
         }
     }
@@ -255,7 +261,11 @@ impl<'a> RenderedImages<'a> {
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
         let views: Vec<_> = cameras.iter().map(|camera| (camera, [size.width, size.height])).collect();
-        let shown = Arc::new(ShownFrames::new(progress.bar(), self.renderer.settings().image.accumulate));
+        let shown = Arc::new(ShownFrames::new(
+            progress.bar(),
+            self.renderer.settings().image.accumulate,
+            self.drawn_count == 0,
+        ));
         if self.renderer.engine().device.adapter_info().device_type == wgpu::DeviceType::Cpu {
             let shown = Arc::clone(&shown);
             self.renderer.watch_passes(Some(Box::new(move |pass| shown.pass(pass))));

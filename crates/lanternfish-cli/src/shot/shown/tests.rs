@@ -94,6 +94,7 @@ fn window_states_survive_a_round_trip() {
         let line = command_line(&shot);
         let words = line.split(' ').map(|word| word.trim_matches('\''));
         let Command::Render(args) = Cli::try_parse_from(words).unwrap().command else { panic!("{line}") };
+        let args = args.render;
         assert!(args.settings() == settings && args.view == again.args.view, "{line}");
         assert_eq!((args.run.seed, args.lights.lights), (7, opened.shot.args.lights.lights), "{line}");
     }

@@ -308,10 +308,14 @@ fn frames_continue_the_sequence_of_the_first_one() {
     }
 }
 
-/// Roughness whose lobe about the mirror direction is as wide as the solid angle of the hemisphere that one of `rays` × `frames` rays represents: 2π
-/// over their number, as a cone. Half of the lobe's directions are within tan α of the half vector.
+/// Part of a ray's solid angle for which the environment is prefiltered. The tails of the lobe reach far beyond it: with the whole angle a surface
+/// under soft boxes lost 8 % of their light (16 rays), with a quarter 4 %, and no image was noisier.
+const PREFILTERED: f32 = 0.25;
+
+/// Roughness whose lobe about the mirror direction is as wide as a part of the solid angle of the hemisphere that one of `rays` × `frames` rays
+/// represents: 2π over their number, as a cone. Half of the lobe's directions are within tan α of the half vector.
 pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
-    let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
+    let cosine = 1.0 - PREFILTERED / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
 }

@@ -1,0 +1,148 @@
+//! Several scenes in one process, which opens the adapter and compiles shaders once.
+
+use std::{
+    collections::HashMap,
+    ffi::OsString,
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use clap::{ArgMatches, Args};
+
+use crate::{
+    args::RenderArgs,
+    ending::has_ending,
+    error::{self, CliError},
+    output,
+    scene::SceneName,
+    shot,
+};
+
+/// Endings of scenes in a folder.
+const SCENES: [&str; 3] = ["glb", "gltf", "obj"];
+/// Size of thumbnails, pixels.
+const THUMBNAIL: &str = "256x256";
+
+/// The scenes of a run of `render`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The flags, and the first scene.
+    #[command(flatten)]
+    pub render: RenderArgs,
+    /// More scenes, and folders of scenes, each to an image of its own name; then -o names a folder.
+    #[arg(value_name = "SCENE")]
+    pub more: Vec<SceneName>,
+    /// Images of 256 x 256 pixels, also of a folder of scenes: --size chooses another size.
+    #[arg(long, help_heading = "Output", hide_short_help = true)]
+    pub thumbnails: bool,
+}
+
+/// Renders every scene. A scene that fails does not keep the others from being rendered; the result is false then.
+pub fn run(args: &RunArgs, said: &ArgMatches, started: Instant) -> Result<bool, CliError> {
+    let is_folder = |scene: &SceneName| scene.demo().is_none() && scene.path().is_dir();
+    let named: Vec<_> = [&args.render.scene].into_iter().chain(&args.more).cloned().collect();
+    let mut device = None;
+    if let [scene] = &named[..]
+        && !is_folder(scene)
+    {
+        let mut shot = shot::resolve(scene, said)?;
+        args.resize(&mut shot, said);
+        return super::run(&shot, started, &mut device).map(|()| true);
+    }
+    let mut scenes = Vec::new();
+    for scene in named {
+        match is_folder(&scene) {
+            true => scenes.extend(scenes_in(scene.path())?),
+            false => scenes.push(scene),
+        }
+    }
+    let folder = args.folder()?;
+    let mut is_complete = true;
+    for (scene, path) in scenes.iter().zip(names(&scenes)) {
+        let rendered = shot::resolve(scene, said).and_then(|mut shot| {
+            args.resize(&mut shot, said);
+            shot.args.output.output = Some(folder.join(path));
+            super::run(&shot, Instant::now(), &mut device)
+        });
+        if let Err(error) = rendered {
+            error::say(&error);
+            // The next scene may do without what failed.
+            (device, is_complete) = (None, false);
+        }
+    }
+    Ok(is_complete)
+}
+
+impl RunArgs {
+    /// The folder of the images.
+    fn folder(&self) -> Result<PathBuf, CliError> {
+        let refused = |what: &str, hint: &str| Err(CliError::new(what.to_owned(), hint));
+        if self.render.run.report.is_some() {
+            return refused("--report with several scenes", "it is about one scene: render them one by one");
+        }
+        match &self.render.output.output {
+            None => Ok(PathBuf::new()),
+            Some(path) if path.is_dir() => Ok(path.clone()),
+            Some(path) => refused(
+                &format!("{}: several scenes, and this is no folder", path.display()),
+                "name a folder that exists",
+            ),
+        }
+    }
+
+    /// Gives thumbnails their size.
+    fn resize(&self, shot: &mut shot::Shot, said: &ArgMatches) {
+        if self.thumbnails && said.value_source("size") != Some(clap::parser::ValueSource::CommandLine) {
+            shot.args.output.size = crate::parse::size(THUMBNAIL).expect("this is a size");
+        }
+    }
+}
+
+/// The scenes in a folder, by name.
+fn scenes_in(folder: &Path) -> Result<Vec<SceneName>, CliError> {
+    let failed = |what: &dyn std::fmt::Display| {
+        CliError::new(format!("{}: {what}", folder.display()), "name a scene, or a folder of .glb, .gltf or .obj files")
+    };
+    let entries = fs::read_dir(folder).map_err(|error| failed(&error))?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        paths.push(entry.map_err(|error| failed(&error))?.path());
+    }
+    paths.retain(|path| SCENES.iter().any(|ending| has_ending(path, ending)));
+    paths.sort();
+    match paths.is_empty() {
+        true => Err(failed(&"no scene in this folder")),
+        false => Ok(paths.into_iter().map(SceneName::from).collect()),
+    }
+}
+
+/// A name for the image of each scene: the scene's, with its own ending, too, where several would have one name, and a number where they
+/// still would.
+fn names(scenes: &[SceneName]) -> Vec<PathBuf> {
+    let mut taken: HashMap<PathBuf, usize> = HashMap::new();
+    let short: Vec<_> = scenes.iter().map(output::default_path).collect();
+    let is_unique = |name: &PathBuf| short.iter().filter(|other| *other == name).count() == 1;
+    let named = scenes.iter().zip(&short).map(|(scene, short)| {
+        let mut name: OsString = match scene.path().file_name().filter(|_| !is_unique(short) && scene.demo().is_none())
+        {
+            Some(name) => [name, ".png".as_ref()].into_iter().collect(),
+            None => short.clone().into(),
+        };
+        let count = taken.entry(PathBuf::from(&name)).or_default();
+        *count += 1;
+        if *count > 1 {
+            name = Path::new(&name).with_extension(format!("{count}.png")).into();
+        }
+        PathBuf::from(name)
+    });
+    named.collect()
+}
+
+#[cfg(test)]
+#[test]
+fn every_scene_has_an_image_of_its_own() {
+    let scenes = ["a/cup.glb", "b/cup.obj", "hat.glb", "c/cup.glb", "demo:hall"].map(SceneName::from);
+    let expected = ["cup.glb.png", "cup.obj.png", "hat.png", "cup.glb.2.png", "hall.png"].map(PathBuf::from);
+    assert_eq!(names(&scenes), expected);
+}
