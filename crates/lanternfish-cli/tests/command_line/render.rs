@@ -229,6 +229,39 @@ fn gpu_a_hidden_background_gives_files_alpha() {
 }
 
 #[test]
+fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("models")).unwrap();
+    fs::create_dir(folder.path().join("images")).unwrap();
+    for name in ["b.gltf", "a.gltf", "notes.txt"] {
+        fs::write(folder.path().join("models").join(name), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
+    }
+    let run = |words: &str| {
+        let output = lanternfish(folder.path())
+            .args(["render", "--adapter", "cpu", "--sky", "1,0,0"])
+            .args(words.split(' '))
+            .output();
+        let output = output.unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let (code, said, errors) = run("models missing.glb --thumbnails -o images");
+    // The others are rendered, and the failure is not forgotten.
+    assert_eq!((code, said.as_str()), (Some(1), "images/a.png\nimages/b.png\n"));
+    assert!(errors.contains("missing.glb") && names(&folder.path().join("images")) == ["a.png", "b.png"], "{errors}");
+    let image = read_png(&folder.path().join("images/b.png")).unwrap();
+    assert_eq!((image.width, image.height), (256, 256));
+    for (words, why) in [
+        ("models -o one.png", "no folder"),
+        ("models --report a.json", "--report"),
+        ("images", "no scene in this folder"),
+    ] {
+        let (code, _, errors) = run(words);
+        assert!(code == Some(1) && errors.contains(why), "{words}: {errors}");
+    }
+}
+
+#[test]
 fn gpu_empty_scenes_render() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
