@@ -156,12 +156,34 @@ impl<'a> Tracer<'a> {
     /// Coverage of an image: 1 for pixels with a surface at their centre, 0 for the environment. Rows from the top.
     #[doc(hidden)]
     pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
-        let covered = |i: usize| {
+        let covered = |origin, direction| if self.nearest(origin, direction).is_some() { 1.0 } else { 0.0 };
+        self.at_centres(camera, width, height, covered)
+    }
+
+    /// Instance, material and distance, m, of the surface at each pixel's centre that a rasteriser shows. Rows from the top.
+    #[doc(hidden)]
+    pub fn first_hits(&self, camera: &Camera, width: usize, height: usize) -> Vec<Option<(u32, u32, f32)>> {
+        self.at_centres(camera, width, height, |origin, direction| {
+            let hit = self.world.closest(origin, direction, Faces::FrontsOnly, 0)?;
+            let source = &self.world.sources[hit.triangle as usize];
+            Some((source.instance, self.world.primitive(source).material as u32, hit.distance))
+        })
+    }
+
+    /// A value of the ray through each pixel's centre, by its origin and direction.
+    fn at_centres<T: Send>(
+        &self,
+        camera: &Camera,
+        width: usize,
+        height: usize,
+        value: impl Fn(Vec3A, Vec3A) -> T + Sync,
+    ) -> Vec<T> {
+        let at = |i: usize| {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let (origin, direction) = camera::ray(camera, x, y, width, height);
-            if self.nearest(origin, direction).is_some() { 1.0 } else { 0.0 }
+            value(origin, direction)
         };
-        (0..width * height).into_par_iter().map(covered).collect()
+        (0..width * height).into_par_iter().map(at).collect()
     }
 
     /// Distance to the nearest surface along a ray (`direction` of unit length), m. Holes of alpha masks are skipped; transparent surfaces
