@@ -32,7 +32,8 @@ pub use png_file::{ColorType, read_png, write_png};
 pub use {
     compare::fraction_differing,
     exr_file::{
-        exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_layers, write_exr_with_attributes,
+        exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_channels, write_exr_layers,
+        write_exr_with_attributes,
     },
     image_errors::{RELATIVE_EPSILON, Spread},
     pair::PixelFaults,

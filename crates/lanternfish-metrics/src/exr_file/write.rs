@@ -51,7 +51,7 @@ pub fn write_exr_with_attributes(
 /// write is atomic. Equal content gives equal bytes.
 ///
 /// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
-/// image itself, R, G and B, which other programs show. Names of layers and attributes are unique, ASCII, and at most
+/// image itself, R, G and B, which other programs show. Names of channels and attributes are unique, ASCII, and at most
 /// 250 letters long. Attributes must not have the names that OpenEXR itself uses (`compression`, `comments`): use the
 /// prefix `lanternfish.`. Values are any text.
 pub fn write_exr_layers(
@@ -62,19 +62,33 @@ pub fn write_exr_layers(
     let Some((_, first)) = layers.first() else {
         return Err(invalid(path, "a file has at least one layer".to_owned()));
     };
-    check_names(path, "layer", layers.iter().map(|(name, _)| *name))?;
-    let described = described(path, attributes)?;
     let mut channels = Vec::with_capacity(3 * layers.len());
     for (name, image) in layers {
         check_sizes(image, first)?;
         for (channel, letter) in ["R", "G", "B"].into_iter().enumerate() {
             let name = if name.is_empty() { letter.to_owned() } else { format!("{name}.{letter}") };
-            let samples = image.pixels.iter().map(|pixel| pixel[channel]).collect();
-            channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(samples)));
+            channels.push((name, image.pixels.iter().map(|pixel| pixel[channel]).collect()));
         }
     }
-    let channels = AnyChannels::sort(channels.into_iter().collect());
-    let layer = Layer::new((first.width, first.height), described, encoding(), channels);
+    write_exr_channels(path, [first.width, first.height], channels, attributes)
+}
+
+/// Writes channels by name, rows from the top, as [`write_exr_layers`] does. `size`: width and height, pixels.
+pub fn write_exr_channels(
+    path: &Path,
+    [width, height]: [usize; 2],
+    channels: Vec<(String, Vec<f32>)>,
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
+    check_names(path, "channel", channels.iter().map(|(name, _)| name.as_str()))?;
+    let expected = width * height;
+    if let Some((_, samples)) = channels.iter().find(|(_, samples)| samples.len() != expected) {
+        return Err(MetricsError::PixelCount { got: samples.len(), expected });
+    }
+    let described = described(path, attributes)?;
+    let channel = |(name, samples): (String, _)| AnyChannel::new(name.as_str(), FlatSamples::F32(samples));
+    let channels = AnyChannels::sort(channels.into_iter().map(channel).collect());
+    let layer = Layer::new((width, height), described, encoding(), channels);
     write_sorted(path, |file| Image::from_layer(layer).write().to_buffered(file))
 }
 
@@ -111,7 +125,7 @@ fn encoding() -> Encoding {
 fn check_names<'n>(path: &Path, what: &str, names: impl Iterator<Item = &'n str>) -> Result<(), MetricsError> {
     let mut names_before = Vec::new();
     for name in names {
-        // Names end with a zero byte and have at most 255 bytes, of which a channel's suffix takes two.
+        // Names end with a zero byte and have at most 255 bytes.
         if !name.bytes().all(|b| b.is_ascii_graphic() || b == b' ') || name.len() > 250 {
             return Err(invalid(
                 path,
