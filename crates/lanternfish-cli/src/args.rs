@@ -242,8 +242,8 @@ pub struct ViewArgs {
     #[arg(long, value_name = "fx,fy,cx,cy", value_parser = parse::intrinsics, allow_hyphen_values = true)]
     #[arg(conflicts_with = "fov_y", hide_short_help = true)]
     pub intrinsics: Option<[f32; 4]>,
-    /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file in the current folder's
-    /// terms that has them. A rotation and a translation, m.
+    /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file that has them (in a shot,
+    /// too, relative to the current folder). A rotation and a translation, m.
     #[arg(long, value_name = "FILE|NUMBERS", value_parser = parse::pose, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["eye", "target", "view"], hide_short_help = true)]
     pub pose: Option<Affine3A>,
