@@ -198,7 +198,7 @@ pub struct OutputArgs {
     pub outputs: Option<Quantities>,
     /// Classes of --outputs semantic, by names of nodes: JSON such as {"chair*": 3, "floor": 1}. * stands for any text; the
     /// longest pattern counts. Without it, and for other nodes: `extras.semantic` of the glTF node or its nearest ancestor.
-    #[arg(long, value_name = "FILE.json", requires = "outputs", hide_short_help = true)]
+    #[arg(long, value_name = "FILE.json", hide_short_help = true)]
     pub classes: Option<PathBuf>,
     /// Whether the colour scale of a --debug-view is below the image: off keeps the image at --size.
     #[arg(long, value_name = "on|off", default_value = "on", action = ArgAction::Set, hide_short_help = true)]
@@ -250,7 +250,7 @@ pub struct ViewArgs {
     /// Axes of the camera of --pose.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = PoseConvention::default(), hide_short_help = true)]
     pub pose_convention: PoseConvention,
-    /// Size of the image that --intrinsics refers to, pixels.
+    /// Size of the image, pixels, if there are --intrinsics.
     #[arg(skip)]
     pub size: [u32; 2],
     /// Angle about the axis of `--orbit`, radians, counter-clockwise seen from above; in [0, 2π).
@@ -319,7 +319,9 @@ impl RenderArgs {
     /// Parses words as the arguments of `lanternfish render`.
     pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let mut args = Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)?;
-        args.view.size = [args.output.size.width, args.output.size.height];
+        if args.view.intrinsics.is_some() {
+            args.view.size = [args.output.size.width, args.output.size.height];
+        }
         Ok(args)
     }
 

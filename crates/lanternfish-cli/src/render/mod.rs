@@ -227,6 +227,9 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     if args.stereo.stereo.is_some() && !quantities.is_empty() {
         return Err(CliError::new("--outputs with --stereo: they are of one camera", "leave one of them out"));
     }
+    if args.output.classes.is_some() && !quantities.contains(&Quantity::Semantic) {
+        return Err(CliError::new("--classes without --outputs semantic", "add it, or leave --classes out"));
+    }
     if let Some(quantity) = quantities.iter().find(|quantity| quantity.needs_floats() && !output.is_radiance()) {
         let what = format!("{}: a .png file cannot hold --outputs {}", output.path.display(), quantity.name());
         return Err(CliError::new(what, "end the name with .exr or .npz"));

@@ -35,8 +35,8 @@ fn placed(rectangles: Vec<Primitive>, materials: Vec<Material>) -> Scene {
 /// A floor, and a tilted plate above it.
 fn floor_and_plate() -> Scene {
     let red = Material { base_color: [0.8, 0.2, 0.1, 1.0].into(), ..Material::default() };
-    let plate = quad(1, Vec3::new(0.3, 0.7, 0.2), Vec3::new(0.9, 0.1, -0.2), Vec3::new(0.0, 0.5, -0.4));
-    placed(vec![quad(0, Vec3::ZERO, 40.0 * Vec3::X, -40.0 * Vec3::Z), plate], vec![Material::default(), red])
+    let plate = quad(1, Vec3::new(0.3, 0.7, 0.2), Vec3::new(0.9, 0.1, -0.2), Vec3::new(0.0, 0.4, 0.2));
+    placed(vec![quad(0, Vec3::ZERO, 3.0 * Vec3::X, -3.0 * Vec3::Z), plate], vec![Material::default(), red])
 }
 
 /// The first of the scene's planes on a pixel's ray within its rectangle: index, point and normal.
@@ -97,18 +97,29 @@ fn gpu_planes_are_where_they_are_said_to_be(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_identities_are_those_of_first_hits(gpu: &Gpu) {
     let mut scene = lanternfish_scene::generate::demo("atrium").unwrap();
-    scene.lights.clear();
+    // The path tracer does not filter the textures of masks.
+    scene.materials.iter_mut().for_each(|material| material.alpha_mode = AlphaMode::Opaque);
     let camera = scene.default_camera(1.5);
     let aovs = aovs_of(gpu, &scene, &camera);
     let tracer = Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
-    let hits = tracer.first_hits(&camera, SIZE[0] as usize, SIZE[1] as usize);
-    let drawn = |i: usize| (aovs.instance[i] > 0).then(|| (aovs.instance[i] - 1, aovs.material[i] - 1));
-    let differing =
-        (0..hits.len()).filter(|i| drawn(*i) != hits[*i].map(|(instance, material, _)| (instance, material)));
-    // Vertices are snapped to 1/256 of a pixel: edges through a pixel's centre may go either way.
-    assert!(differing.clone().count() <= hits.len() / 500, "{} pixels differ", differing.count());
-    let far = (0..hits.len()).filter(|i| hits[*i].is_some_and(|hit| (aovs.distance[*i] / hit.2 - 1.0).abs() > 1e-3));
-    assert!(far.clone().count() <= hits.len() / 500, "{} pixels are elsewhere", far.count());
+    // Vertices are snapped to 1/256 of a pixel.
+    let near = [[0.0; 2], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+    let hits = near.map(|aside| {
+        tracer.first_hits(&camera, SIZE[0] as usize, SIZE[1] as usize, aside.map(|aside| 0.5 + aside / 128.0))
+    });
+    let is_hit = |i: usize| {
+        hits.iter().any(|hits| match hits[i] {
+            Some((instance, material, distance)) => {
+                let is_there = (aovs.distance[i] / distance - 1.0).abs() < 1e-3;
+                (aovs.instance[i], aovs.material[i]) == (instance + 1, material + 1) && is_there
+            }
+            None => aovs.instance[i] == 0,
+        })
+    };
+    let others: Vec<_> = (0..hits[0].len()).filter(|i| !is_hit(*i)).collect();
+    let show = |i: &usize| (*i, aovs.instance[*i], aovs.material[*i], aovs.distance[*i], hits[0][*i]);
+    // Coincident surfaces, of which either may be hit.
+    assert!(others.len() <= 5, "{:?}", others.iter().map(show).collect::<Vec<_>>());
     let mut instances = aovs.instance.clone();
     instances.sort_unstable();
     instances.dedup();
