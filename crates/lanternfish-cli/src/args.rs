@@ -11,8 +11,8 @@ pub(crate) mod view;
 
 use std::{ffi::OsString, path::PathBuf};
 
-use clap::{ArgMatches, Args, Command, FromArgMatches};
-use glam::Vec3;
+use clap::{ArgAction, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _};
+use glam::{Affine3A, Vec3};
 use lanternfish::{
     direct_light::auto::AutoLights,
     settings::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings},
@@ -29,9 +29,10 @@ pub use self::{
     track::TrackArgs,
 };
 use crate::{
-    choices::choice,
+    choices::{choice, names},
     help,
-    parse::{self, Size},
+    outputs::{self, Quantities, Quantity},
+    parse::{self, PoseConvention, Size},
     progress::ToldTo,
     scene::{self, SceneName},
     stereo::StereoLayout,
@@ -180,8 +181,8 @@ impl FromArgMatches for ShotArgs {
 pub struct OutputArgs {
     /// The image: .png (tone-mapped) or .exr (linear).
     ///
-    /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the name of
-    /// the scene or shot with .png, in the current folder.
+    /// Its ending chooses the format: .png (tone-mapped), .exr (linear, scene-referred, half floats) or .npz (the same as an array
+    /// for NumPy). Without it: the name of the scene or shot with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the image, pixels.
@@ -190,13 +191,26 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
+    /// What the surface at each pixel's centre is, for data sets and compositing: some of depth, distance, position, normal,
+    /// albedo, motion, instance, material, semantic, separated by commas. An .exr or .npz file has them beside the image; a
+    /// .png has a file for each, image.depth.png. docs/outputs.md has units and spaces.
+    #[arg(long, value_name = "NAMES", value_parser = outputs::quantities, hide_short_help = true)]
+    pub outputs: Option<Quantities>,
+    /// Classes of --outputs semantic, by names of nodes: JSON such as {"chair*": 3, "floor": 1}. * stands for any text; the
+    /// longest pattern counts. Without it, and for other nodes: `extras.semantic` of the glTF node or its nearest ancestor.
+    #[arg(long, value_name = "FILE.json", hide_short_help = true)]
+    pub classes: Option<PathBuf>,
+    /// Whether the colour scale of a --debug-view is below the image: off keeps the image at --size.
+    #[arg(long, value_name = "on|off", default_value = "on", action = ArgAction::Set, hide_short_help = true)]
+    #[arg(value_parser = names([("on", "Below the image"), ("off", "No scale")]).map(|name| name == "on"))]
+    pub legend: bool,
     /// Opens the image in a window when it is ready; of a sequence, the last frame.
     #[arg(long)]
     pub open: bool,
 }
 
 /// Flags of the camera.
-#[derive(Clone, Debug, PartialEq, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct ViewArgs {
     /// Camera position, world space, m.
     ///
@@ -223,6 +237,22 @@ pub struct ViewArgs {
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
+    /// Focal lengths and principal point of the camera, pixels of --size: x right and y down from the image's top left corner, so
+    /// that the centre of the first pixel is at 0.5,0.5. Add 0.5 to cx and cy of a calibration that has it at 0,0.
+    #[arg(long, value_name = "fx,fy,cx,cy", value_parser = parse::intrinsics, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "fov_y", hide_short_help = true)]
+    pub intrinsics: Option<[f32; 4]>,
+    /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file that has them (in a shot,
+    /// too, relative to the current folder). A rotation and a translation, m.
+    #[arg(long, value_name = "FILE|NUMBERS", value_parser = parse::pose, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["eye", "target", "view"], hide_short_help = true)]
+    pub pose: Option<Affine3A>,
+    /// Axes of the camera of --pose.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = PoseConvention::default(), hide_short_help = true)]
+    pub pose_convention: PoseConvention,
+    /// Size of the image, pixels, if there are --intrinsics.
+    #[arg(skip)]
+    pub size: [u32; 2],
     /// Angle about the axis of `--orbit`, radians, counter-clockwise seen from above; in [0, 2π).
     #[arg(skip)]
     pub orbit_angle: f32,
@@ -288,7 +318,16 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 impl RenderArgs {
     /// Parses words as the arguments of `lanternfish render`.
     pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
-        Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
+        let mut args = Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)?;
+        if args.view.intrinsics.is_some() {
+            args.view.size = [args.output.size.width, args.output.size.height];
+        }
+        Ok(args)
+    }
+
+    /// The requested output variables.
+    pub(crate) fn quantities(&self) -> &[Quantity] {
+        self.output.outputs.as_ref().map_or(&[], |quantities| &quantities.0)
     }
 
     /// Name and value of every setting.

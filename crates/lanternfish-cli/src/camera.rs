@@ -120,7 +120,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
         (None, Some(side), _) => (Camera::framing_scene(scene, Some(side), fov_y, aspect), false),
         (None, None, Some(camera)) => (camera.clone(), false),
         // Only its orientation may have been kept.
-        (None, None, None) if is_placed => (Camera::framing(bounds, fov_y, aspect), false),
+        (None, None, None) if is_placed || flags.pose.is_some() => (Camera::framing(bounds, fov_y, aspect), false),
         (None, None, None) => match Camera::overview(scene, flags.fov_y, aspect) {
             (_, false) if reaches_beyond(reach, bounds) => (Camera::framing(reach, fov_y, aspect), false),
             overview => overview,
@@ -146,12 +146,22 @@ fn choose_within<F: FnOnce() -> Bounds>(
             *near = near.min(near_plane(bounds));
         }
     }
-    if let Some(fov_y) = flags.fov_y {
-        let near = match camera.projection {
-            Projection::Perspective { near, .. } | Projection::Frustum { near, .. } => near,
-            Projection::Orthographic { .. } => near_plane(bounds),
-        };
-        camera.projection = Projection::Perspective { fov_y, near };
+    let near = || match camera.projection {
+        Projection::Perspective { near, .. } | Projection::Frustum { near, .. } => near,
+        Projection::Orthographic { .. } => near_plane(bounds),
+    };
+    if let Some([fx, fy, cx, cy]) = flags.intrinsics {
+        let [width, height] = flags.size.map(|side| side as f32);
+        let ([left, right], [bottom, top]) = ([-cx / fx, (width - cx) / fx], [(cy - height) / fy, cy / fy]);
+        camera.projection = Projection::Frustum { left, right, bottom, top, near: near() };
+    } else if let Some(fov_y) = flags.fov_y {
+        camera.projection = Projection::Perspective { fov_y, near: near() };
+    }
+    if let Some(pose) = flags.pose {
+        camera.world_from_camera = flags.pose_convention.to_opengl(pose);
+        if let Projection::Perspective { near, .. } | Projection::Frustum { near, .. } = &mut camera.projection {
+            *near = near.min(near_plane(bounds));
+        }
     }
     if is_too_far(camera.eye()) {
         let place = far(camera.eye());
@@ -198,7 +208,7 @@ mod tests {
     }
 
     fn flags() -> ViewArgs {
-        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None, orbit_angle: 0.0, recorded: None }
+        ViewArgs::default()
     }
 
     fn forward(camera: &Camera) -> Vec3 {

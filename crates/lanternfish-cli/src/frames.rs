@@ -39,7 +39,7 @@ pub struct FramesArgs {
 pub struct ImageArgs;
 
 /// The ids of these flags.
-const SHARED: [&str; 5] = ["output", "size", "stereo", "stereo_layout", "debug_view"];
+const SHARED: [&str; 7] = ["output", "outputs", "legend", "size", "stereo", "stereo_layout", "debug_view"];
 
 impl Selection for ImageArgs {
     fn flag(flag: &Arg) -> Option<Arg> {

@@ -57,6 +57,7 @@ mod info;
 mod legend;
 mod mistakes;
 mod motion;
+mod outputs;
 mod paper;
 mod papers;
 mod recording;

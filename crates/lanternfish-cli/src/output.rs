@@ -8,7 +8,13 @@ use std::{
 use lanternfish::{RenderedImage, settings::Background};
 use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr_image, write_png_with_texts};
 
-use crate::{ending::has_ending, error::CliError, images, scene::SceneName};
+use crate::{
+    ending::has_ending,
+    error::CliError,
+    images,
+    outputs::{Quantity, Surfaces, write_npz},
+    scene::SceneName,
+};
 
 /// An image file in a supported format and a writable folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +31,8 @@ enum Format {
     Png,
     /// Linear, scene-referred, half-precision floats.
     Exr,
+    /// Linear, scene-referred, an array of 32-bit floats.
+    Npz,
 }
 
 impl Output {
@@ -42,10 +50,12 @@ impl Output {
             Format::Png
         } else if has_ending(&path, "exr") {
             Format::Exr
+        } else if has_ending(&path, "npz") {
+            Format::Npz
         } else {
             return Err(CliError::new(
                 format_args!("{}: unsupported output format", path.display()),
-                "end the name with .png (tone-mapped) or .exr (linear)",
+                "end the name with .png (tone-mapped), .exr (linear) or .npz (linear, for NumPy)",
             ));
         };
         Ok(Self { path, format, background: Background::Environment })
@@ -66,7 +76,23 @@ impl Output {
 
     /// True if the file holds scene radiance, not display colours.
     pub fn is_radiance(&self) -> bool {
+        self.format != Format::Png
+    }
+
+    /// True if the file has layers by name.
+    pub fn has_layers(&self) -> bool {
         self.format == Format::Exr
+    }
+
+    /// The file of this ending beside a .png image, for quantities that it cannot hold: `image.depth.png`.
+    pub fn beside(&self, ending: &str) -> PathBuf {
+        self.path.with_extension(ending)
+    }
+
+    /// The files of these quantities beside the image.
+    pub fn others(&self, quantities: &[Quantity]) -> Vec<PathBuf> {
+        let names = quantities.iter().filter(|_| self.format == Format::Png).map(|quantity| quantity.name());
+        names.map(|name| self.beside(&format!("{name}.png"))).collect()
     }
 
     /// Memory that writing an image needs, bytes per pixel.
@@ -75,6 +101,7 @@ impl Output {
             Format::Png => 4,
             // Four floats, and four halves in the encoded file.
             Format::Exr => 16 + 8,
+            Format::Npz => 16,
         }
     }
 
@@ -91,11 +118,17 @@ impl Output {
         Ok(write_exr_image(&self.path, &layers, &borrowed(texts))?)
     }
 
-    /// Writes an image in the format of the file name's ending, with texts.
-    pub fn write(&self, rendering: &RenderedImage, texts: &[(&str, String)]) -> Result<(), CliError> {
+    /// Writes an image in the format of the file name's ending, with texts, and its surfaces.
+    pub fn write(
+        &self,
+        rendering: &RenderedImage,
+        surfaces: Option<&Surfaces<'_>>,
+        texts: &[(&str, String)],
+    ) -> Result<(), CliError> {
         let texts = borrowed(texts);
-        match self.format {
-            Format::Png => {
+        match (self.format, surfaces) {
+            (Format::Png, _) => {
+                surfaces.map_or(Ok(()), |surfaces| surfaces.write_png(|ending| self.beside(ending)))?;
                 let RenderedImage { width, height, .. } = *rendering;
                 let (color, pixels) = match self.background {
                     Background::Transparent => (ColorType::Rgba, rendering.display.as_flattened().to_vec()),
@@ -103,18 +136,32 @@ impl Output {
                 };
                 write_png_with_texts(&self.path, [width, height], color, &pixels, &texts)?;
             }
-            Format::Exr => {
+            (Format::Exr, None) => {
                 let alpha = self.alpha(rendering);
                 write_exr_image(&self.path, &[("", &radiance(rendering)?, alpha.as_deref())], &texts)?;
+            }
+            (Format::Exr, Some(surfaces)) => {
+                let channel = |i: usize| rendering.radiance.iter().map(|pixel| pixel[i]).collect();
+                let names = ["R", "G", "B", "A"].into_iter().take(if self.has_alpha() { 4 } else { 3 });
+                let channels = names.enumerate().map(|(i, name)| (name.to_owned(), channel(i)));
+                surfaces.write_exr(&self.path, channels.collect(), &texts)?;
+            }
+            (Format::Npz, _) => {
+                let size = [rendering.width, rendering.height];
+                let image = radiance(rendering)?.pixels.into_flattened();
+                write_npz(&self.path, size, image, self.alpha(rendering), surfaces)?;
             }
         }
         Ok(())
     }
 
+    fn has_alpha(&self) -> bool {
+        self.background != Background::Environment
+    }
+
     /// The opacity of an image's pixels, unless it has the environment for a background.
     fn alpha(&self, rendering: &RenderedImage) -> Option<Vec<f32>> {
-        let has_alpha = self.background != Background::Environment;
-        has_alpha.then(|| rendering.radiance.iter().map(|[.., alpha]| *alpha).collect())
+        self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| *alpha).collect())
     }
 }
 
@@ -218,6 +265,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(chosen(&folder.path().join("a.png")).unwrap().format, Format::Png);
         assert_eq!(chosen(&folder.path().join("a.EXR")).unwrap().format, Format::Exr);
+        assert_eq!(chosen(&folder.path().join("a.b.npz")).unwrap().format, Format::Npz);
         for name in ["a.jpg", "a", ".png", "a.png.txt"] {
             assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".png (tone-mapped)"), "{name}");
         }

@@ -1,6 +1,7 @@
 //! Parses words of the command line as vectors, sizes and lights. Messages state the expected form, with an example.
 
 mod area_light;
+mod pose;
 mod range;
 #[cfg(test)]
 mod tests;
@@ -10,6 +11,7 @@ use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
     area_light::{disk, rectangle},
+    pose::{PoseConvention, intrinsics, pose},
     range::{Frames, Span, fps, frames, orbit, samples, span},
 };
 

@@ -31,7 +31,10 @@ pub use png_file::{ColorType, read_png, write_png};
 #[doc(hidden)]
 pub use {
     compare::fraction_differing,
-    exr_file::{exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_image, write_exr_layers},
+    exr_file::{
+        exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_channels, write_exr_image,
+        write_exr_layers,
+    },
     image_errors::{RELATIVE_EPSILON, Spread},
     pair::PixelFaults,
     png_file::{read_png_texts, write_png_with_texts},

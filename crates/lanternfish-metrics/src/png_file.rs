@@ -11,13 +11,17 @@ use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, open_file::open_file, write_aside};
 
-/// The channels of a pixel, one byte each.
+/// The channels of a pixel, and their bytes: one, or two with the higher first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorType {
     /// Red, green, blue.
     Rgb,
     /// Red, green, blue and alpha, not premultiplied.
     Rgba,
+    /// One channel of 16 bits: a number.
+    Number16,
+    /// Three channels of 16 bits: numbers.
+    Numbers16,
 }
 
 impl ColorType {
@@ -27,11 +31,13 @@ impl ColorType {
         match self {
             Self::Rgb => 3,
             Self::Rgba => 4,
+            Self::Number16 => 2,
+            Self::Numbers16 => 6,
         }
     }
 }
 
-/// Writes sRGB-encoded 8-bit pixels, rows from the top. `size`: width and height, pixels. The write is atomic.
+/// Writes sRGB-encoded 8-bit pixels, or numbers of 16 bits, rows from the top. `size`: width and height, pixels. The write is atomic.
 pub fn write_png(path: &Path, size: [u32; 2], color: ColorType, pixels: &[u8]) -> Result<(), MetricsError> {
     write_png_with_texts(path, size, color, pixels, &[])
 }
@@ -57,10 +63,14 @@ pub fn write_png_with_texts(
     write_aside(path, |file| {
         let mut encoder = png::Encoder::new(file, width, height);
         encoder.set_color(match color {
-            ColorType::Rgb => png::ColorType::Rgb,
+            ColorType::Rgb | ColorType::Numbers16 => png::ColorType::Rgb,
             ColorType::Rgba => png::ColorType::Rgba,
+            ColorType::Number16 => png::ColorType::Grayscale,
         });
-        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_depth(match color {
+            ColorType::Rgb | ColorType::Rgba => png::BitDepth::Eight,
+            ColorType::Number16 | ColorType::Numbers16 => png::BitDepth::Sixteen,
+        });
         encoder.set_compression(png::Compression::Fast);
         encoder.set_filter(png::Filter::Adaptive);
         for (name, text) in texts {
@@ -140,6 +150,12 @@ mod tests {
             assert_eq!((read.width(), read.height()), (7, 5));
             assert_eq!(read.as_bytes(), pixels);
         }
+        let numbers = [0u16, 1, 0x1234, 65535, 300, 7];
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_be_bytes()).collect();
+        write_png(&path, [3, 2], ColorType::Number16, &bytes).unwrap();
+        assert_eq!(image::open(&path).unwrap().as_luma16().unwrap().as_raw(), &numbers);
+        write_png(&path, [1, 2], ColorType::Numbers16, &bytes).unwrap();
+        assert_eq!(image::open(&path).unwrap().as_rgb16().unwrap().as_raw(), &numbers);
     }
 
     /// The chunks of a PNG file, by the format's specification: length, type, data, checksum.

@@ -156,12 +156,26 @@ impl<'a> Tracer<'a> {
     /// Coverage of an image: 1 for pixels with a surface at their centre, 0 for the environment. Rows from the top.
     #[doc(hidden)]
     pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
-        let covered = |i: usize| {
-            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let (origin, direction) = camera::ray(camera, x, y, width, height);
-            if self.nearest(origin, direction).is_some() { 1.0 } else { 0.0 }
+        let is_hit = |(origin, direction)| f32::from(u8::from(self.nearest(origin, direction).is_some()));
+        rays(camera, width, height, [0.5; 2]).map(is_hit).collect()
+    }
+
+    /// Instance, material and distance, m, of the surface that a rasteriser shows at a point of each pixel, from its top left corner. Rows from
+    /// the top.
+    #[doc(hidden)]
+    pub fn first_hits(
+        &self,
+        camera: &Camera,
+        width: usize,
+        height: usize,
+        point: [f64; 2],
+    ) -> Vec<Option<(u32, u32, f32)>> {
+        let first = |(origin, direction)| {
+            let hit = self.world.closest(origin, direction, Faces::FrontsOnly, 0)?;
+            let source = &self.world.sources[hit.triangle as usize];
+            Some((source.instance, self.world.primitive(source).material as u32, hit.distance))
         };
-        (0..width * height).into_par_iter().map(covered).collect()
+        rays(camera, width, height, point).map(first).collect()
     }
 
     /// Distance to the nearest surface along a ray (`direction` of unit length), m. Holes of alpha masks are skipped; transparent surfaces
@@ -175,4 +189,16 @@ impl<'a> Tracer<'a> {
     pub fn triangle_count(&self) -> usize {
         self.world.triangles.len()
     }
+}
+
+/// Origin and direction of the ray through a point of each pixel.
+fn rays(
+    camera: &Camera,
+    width: usize,
+    height: usize,
+    [x, y]: [f64; 2],
+) -> impl IndexedParallelIterator<Item = (Vec3A, Vec3A)> {
+    (0..width * height)
+        .into_par_iter()
+        .map(move |i| camera::ray(camera, (i % width) as f64 + x, (i / width) as f64 + y, width, height))
 }

@@ -13,6 +13,9 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// Meshes placed in the world.
     pub instances: Vec<Instance>,
+    /// Semantic class of each instance: `extras.semantic` of its glTF node, else of the nearest ancestor that has one. 0: none, as for instances
+    /// beyond the end of the list. It changes no image.
+    pub semantics: Vec<u32>,
     /// Surfaces.
     pub materials: Vec<Material>,
     /// Names of the file's variants of its materials ([`crate::LoadOptions::variant`]). [`Scene::materials`] are those of one.

@@ -103,6 +103,7 @@ pub mod texture;
 #[doc(hidden)]
 pub mod view;
 
+mod aovs;
 mod context;
 mod error;
 mod frame;
@@ -115,6 +116,7 @@ pub mod techniques;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 
+pub use aovs::{Aovs, Moment};
 pub use context::ViewContext;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};

@@ -27,6 +27,7 @@ use self::{
     flight::Flight,
 };
 use crate::{
+    aovs::AovPass,
     context::FrameContext,
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
@@ -45,7 +46,7 @@ pub use self::{
 /// Renders scenes on the caller's device with one set of settings.
 #[derive(Debug)]
 pub struct Renderer {
-    engine: Engine,
+    pub(crate) engine: Engine,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     /// The settings as given.
@@ -61,6 +62,7 @@ pub struct Renderer {
     /// The transient pool of its frames. No call holds the lock after it returns.
     pub(crate) pool: Mutex<Pool>,
     pub(crate) passes: Passes,
+    pub(crate) aovs: AovPass,
     flight: Flight,
     /// The growth policy of lists in frames that are rendered to images.
     image_growth: Growth,
@@ -127,6 +129,7 @@ impl Renderer {
             profiler,
             pool,
             passes,
+            aovs: AovPass::new(),
             flight: Flight::default(),
             image_growth: Growth::Blocking,
             last_frame: 0,

@@ -144,6 +144,7 @@ const FOLDERS: &[Shaders] = &[
     crate::gpu_scene::moving::DECLARED,
     crate::lights::DECLARED,
     crate::prepass::DECLARED,
+    crate::aovs::DECLARED,
     crate::light_culling::DECLARED,
     crate::indirect::radiance_cache::DECLARED,
     crate::rays::DECLARED,

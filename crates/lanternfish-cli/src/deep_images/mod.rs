@@ -44,7 +44,7 @@ pub fn run(args: &DeepImagesArgs, said: &ArgMatches) -> Result<(), CliError> {
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     let looked = checked(&gpu.device, "deep images", || looker::look(args, &gpu, &scene, &view, &mut progress));
     let (rendering, said) = looked?;
-    progress.step("write", &format!("Writing {}", path.display()), || output.write(&rendering, &[]))?;
+    progress.step("write", &format!("Writing {}", path.display()), || output.write(&rendering, None, &[]))?;
     progress.finish();
     let text = format!("{said}{}\n", path.display());
     output::print(&text)

@@ -44,9 +44,12 @@ paper has. Mean light is over the ground truth's.
 ";
 
 /// Ids of flags of `render` that do not apply to a sheet.
-const OTHERS: [&str; 12] = [
+const OTHERS: [&str; 15] = [
     "scene",
     "output",
+    "outputs",
+    "classes",
+    "legend",
     "open",
     "paper",
     "frames",

@@ -28,6 +28,7 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
         cameras: _,
         sky,
         environment,
+        semantics: _,
         // The scene is already posed.
         motion: _,
     } = scene;

@@ -30,6 +30,7 @@ use crate::{
     error::{CliError, check_image_memory},
     light_rig::{FillLight, Lighting},
     output::{self, Output},
+    outputs::{Classes, Names, Quantity},
     paper,
     progress::Progress,
     report::Run,
@@ -44,6 +45,8 @@ struct Planned {
     frame: ShotFrame,
     /// The frame to render first, for images that show changes since then.
     before: Option<ShotFrame>,
+    /// The frame that motion of its surfaces leads to.
+    next: Option<ShotFrame>,
     output: Output,
     is_there: bool,
 }
@@ -53,6 +56,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     let args = &shot.args;
     let planned = plan(shot)?;
     let output = &planned[0].output;
+    let classes = args.output.classes.as_deref().map(Classes::read).transpose()?.unwrap_or_default();
     let (settings, size) = (args.settings(), args.output.size);
     let told = Told { is_sequence: args.track.is_sequence(), args, all: planned.len() };
     let mut progress = Progress::start(args.run.quiet);
@@ -80,10 +84,15 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     }
     let first = shot.first();
     let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
-    let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores);
+    let nexts = planned.iter().filter_map(|planned| planned.next.as_ref());
+    let frames =
+        std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores).chain(nexts);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
     let is_metered = renderings::are_metered(&settings, output);
-    let (lights, mut opened) = (Lighting { is_metered, ..Lighting::of(&settings) }, None);
+    let mut lights = Lighting { is_metered, ..Lighting::of(&settings) };
+    // Data are those of the file.
+    lights.takes_ground &= args.quantities().is_empty();
+    let mut opened = None;
     let Stage { scene, motion, cameras, rig } = Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
         let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
         if scene.lights.is_empty() && counts_lights {
@@ -106,9 +115,13 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     }
     let is_lit = lights.is_seen && lights.reaches_surfaces;
     let may_lack_light = (is_metered && is_lit && FillLight::may_lack(&scene, &args.lights)).then_some(lights);
+    let names = (!args.quantities().is_empty()).then(|| Names::of(&scene, &classes));
     let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, rig, may_lack_light);
+    renderings.names = names;
     let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
-    let mut cameras_before = cameras_before.iter();
+    let befores = planned.iter().filter(|planned| planned.before.is_some()).count();
+    let (cameras_before, cameras_next) = cameras_before.split_at(befores);
+    let (mut cameras_before, mut cameras_next) = (cameras_before.iter(), cameras_next.iter());
     if is_metered {
         // Do not render a frame twice.
         let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
@@ -118,11 +131,12 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     let mut last = String::new();
     for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
         let before = planned.before.as_ref().and_then(|before| Some((before, cameras_before.next()?)));
+        let next = planned.next.as_ref().and_then(|next| Some((next, cameras_next.next()?)));
         if !planned.is_there {
             if let Some((before, camera)) = before {
                 renderings.show(before, camera, &mut progress)?;
             }
-            renderings.make(&planned.frame, camera, &planned.output, &mut progress)?;
+            renderings.make((&planned.frame, camera), next, &planned.output, &mut progress)?;
         }
         last = told.done(index, &planned.output);
         // The last line of output must be an image's path.
@@ -207,28 +221,44 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
     let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
     let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
-    let renderings: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the image")).collect();
+    let quantities = args.quantities();
+    let others: Vec<_> = outputs.iter().flat_map(|output| output.others(quantities)).collect();
+    let others = others.iter().map(|path| (path.as_path(), "a file of --outputs"));
+    let renderings: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the image")).chain(others).collect();
     output::refuse_same(&renderings, &read)?;
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
         output::refuse_same(&[(path, "--report")], &[read, renderings].concat())?;
     }
     if let Some(view) = args.settings().image.debug_view.filter(|_| output.is_radiance()) {
-        let what = format!("{}: --debug-view {view} is an image, .exr holds radiance", output.path.display());
+        let what = format!("{}: --debug-view {view} is an image, .exr and .npz hold radiance", output.path.display());
         return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
     }
     let layers = args.stereo.stereo.is_some() && args.stereo.stereo_layout == StereoLayout::Layers;
-    if layers && !output.is_radiance() {
+    if layers && !output.has_layers() {
         let what = format!("{}: --stereo-layout layers makes two layers, which only .exr holds", output.path.display());
         return Err(CliError::new(what, "end the name with .exr, or leave --stereo-layout out"));
+    }
+    if args.stereo.stereo.is_some() && !quantities.is_empty() {
+        return Err(CliError::new("--outputs with --stereo: they are of one camera", "leave one of them out"));
+    }
+    if args.output.classes.is_some() && !quantities.contains(&Quantity::Semantic) {
+        return Err(CliError::new("--classes without --outputs semantic", "add it, or leave --classes out"));
+    }
+    if let Some(quantity) = quantities.iter().find(|quantity| quantity.needs_floats() && !output.is_radiance()) {
+        let what = format!("{}: a .png file cannot hold --outputs {}", output.path.display(), quantity.name());
+        return Err(CliError::new(what, "end the name with .exr or .npz"));
     }
     let expected = Expected::of(args);
     let is_there = |output: &Output| args.track.skip_existing && expected.fault(output).is_none();
     let there: Vec<_> = outputs.par_iter().map(is_there).collect();
     let shows_motion = args.settings().image.debug_view == Some(DebugView::Motion);
-    let before = |frame: &ShotFrame| shot.before(frame).filter(|_| shows_motion);
+    let before = |frame: &ShotFrame| shot.beside(frame, -1).filter(|_| shows_motion);
+    let next = |frame: &ShotFrame| shot.beside(frame, 1).filter(|_| quantities.contains(&Quantity::Motion));
     let planned = frames.into_iter().zip(outputs).zip(there);
-    Ok(planned.map(|((frame, output), is_there)| Planned { before: before(&frame), frame, output, is_there }).collect())
+    let of =
+        |((frame, output), is_there)| Planned { before: before(&frame), next: next(&frame), frame, output, is_there };
+    Ok(planned.map(of).collect())
 }
 
 /// The lines on standard output for finished images.

@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use lanternfish::{
-    FrameMemory, GpuScene, RenderedImage, Renderer, Report,
+    Aovs, FrameMemory, GpuScene, RenderedImage, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
@@ -22,6 +22,7 @@ use crate::{
     light_rig::{self, AddedLights, FillLight, Lighting},
     motion::Motion,
     output::Output,
+    outputs::{Names, Surfaces},
     parse::Frames,
     progress::{Bar, Progress},
     report::grouped,
@@ -49,6 +50,8 @@ pub struct RenderedImages<'a> {
     metered: Option<Drawn>,
     /// Number of frames rendered so far, each of one or two images.
     drawn_count: u32,
+    /// Names of the scene, if its surfaces are written, too.
+    pub names: Option<Names>,
     /// The cost of all rendered images.
     pub cost: Report,
     /// Exposure of the images, EV, once chosen.
@@ -58,6 +61,8 @@ pub struct RenderedImages<'a> {
 /// The images of a frame, one per eye.
 struct Drawn {
     renderings: Vec<RenderedImage>,
+    /// The camera at the time of the frame; that of the head, in stereo.
+    camera: Camera,
     /// Number of frames that were rendered before it.
     before: u32,
 }
@@ -137,6 +142,7 @@ impl<'a> RenderedImages<'a> {
             may_lack_light,
             metered,
             drawn_count: 0,
+            names: None,
             cost,
             exposure,
         }
@@ -194,17 +200,21 @@ impl<'a> RenderedImages<'a> {
         self.drawn(frame, camera, progress).map(|_| ())
     }
 
-    /// Renders a frame and writes it.
+    /// Renders a frame and writes it. `next`: the frame that motion of its surfaces leads to.
     pub fn make(
         &mut self,
-        frame: &ShotFrame,
-        camera: &Camera,
+        (frame, camera): (&ShotFrame, &Camera),
+        next: Option<(&ShotFrame, &Camera)>,
         output: &Output,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let Drawn { mut renderings, before } = match self.metered.take() {
+        let Drawn { mut renderings, camera: drawn_from, before } = match self.metered.take() {
             Some(metered) => metered,
             None => self.drawn(frame, camera, progress)?,
+        };
+        let aovs = match self.names {
+            Some(_) => Some(self.aovs(frame, &drawn_from, camera, next, progress)?),
+            None => None,
         };
         let wrong: usize = renderings.iter_mut().map(images::make_finite).sum();
         progress.warn((wrong > 0).then(|| {
@@ -225,38 +235,70 @@ impl<'a> RenderedImages<'a> {
         };
         self.cost.add(rendering.report.clone());
         let rendering = match &self.scale {
-            Some(scale) => legend::below(rendering, scale),
-            None => rendering,
+            Some(scale) if self.args.output.legend => legend::below(rendering, scale),
+            _ => rendering,
         };
         if !layers {
-            progress.step("write", &writing, || output.write(&rendering, &texts))?;
+            let quantities = self.args.quantities();
+            let surfaces = aovs.as_ref().zip(self.names.as_ref());
+            let surfaces = surfaces.map(|(aovs, names)| Surfaces { aovs, names, quantities });
+            progress.step("write", &writing, || output.write(&rendering, surfaces.as_ref(), &texts))?;
         }
         Ok(())
+    }
+
+    /// What the surfaces of a frame are, which was just drawn from `drawn_from`.
+    fn aovs(
+        &mut self,
+        frame: &ShotFrame,
+        drawn_from: &Camera,
+        camera: &Camera,
+        next: Option<(&ShotFrame, &Camera)>,
+        progress: &mut Progress,
+    ) -> Result<Aovs, CliError> {
+        let next = match next {
+            Some((next, camera)) => {
+                let camera = self.moved(next, camera, progress)?;
+                Some(self.renderer.moment(&self.uploaded, &camera))
+            }
+            None => None,
+        };
+        if next.is_some() {
+            self.moved(frame, camera, progress)?;
+        }
+        let size = self.args.output.size;
+        let size = [size.width, size.height];
+        let (renderer, uploaded) = (&mut self.renderer, &self.uploaded);
+        progress.step("outputs", "Drawing outputs", || Ok(renderer.aovs(uploaded, drawn_from, size, next.as_ref())?))
+    }
+
+    /// Moves the scene to a frame's time; returns the camera at that time.
+    fn moved(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Camera, CliError> {
+        let Some(scene) = &mut self.scene else { return Ok(camera.clone()) };
+        let moment = self.motion.as_ref().zip(frame.time);
+        let angle = frame.view.orbit_angle;
+        let is_revolved = angle != self.orbit_angle && !self.revolving.is_empty();
+        if let Some((motion, time)) = moment {
+            motion.at_time(scene, time)?;
+        }
+        if is_revolved {
+            self.revolving.revolve(scene, angle);
+            self.orbit_angle = angle;
+        }
+        if moment.is_some() || is_revolved {
+            let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
+            progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
+        }
+        match (moment, &self.bounds) {
+            (Some(_), Some(bounds)) => camera::follow(scene, bounds, &frame.view, self.aspect, camera),
+            _ => Ok(camera.clone()),
+        }
     }
 
     /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
     /// to the previous one.
     fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Drawn, CliError> {
-        let mut camera = camera.clone();
-        if let Some(scene) = &mut self.scene {
-            let moment = self.motion.as_ref().zip(frame.time);
-            let angle = frame.view.orbit_angle;
-            let is_revolved = angle != self.orbit_angle && !self.revolving.is_empty();
-            if let Some((motion, time)) = moment {
-                motion.at_time(scene, time)?;
-            }
-            if is_revolved {
-                self.revolving.revolve(scene, angle);
-                self.orbit_angle = angle;
-            }
-            if moment.is_some() || is_revolved {
-                let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
-                progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
-            }
-            if let (Some(_), Some(bounds)) = (moment, &self.bounds) {
-                camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
-            }
-        }
+        let camera = self.moved(frame, camera, progress)?;
         let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
@@ -276,6 +318,6 @@ impl<'a> RenderedImages<'a> {
         self.renderer.watch_passes(None);
         let before = self.drawn_count;
         self.drawn_count += 1;
-        Ok(Drawn { renderings, before })
+        Ok(Drawn { renderings, camera, before })
     }
 }

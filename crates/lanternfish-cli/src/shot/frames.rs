@@ -107,17 +107,17 @@ impl Shot {
         }
     }
 
-    /// The frame that motion is relative to: one frame's time earlier, whichever other frames are requested. `None` if the
-    /// frame has no time.
-    pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
+    /// The frame so many frames' time later, or earlier if `steps` is negative, whichever other frames are requested. `None` if the frame has no
+    /// time.
+    pub fn beside(&self, frame: &ShotFrame, steps: i16) -> Option<ShotFrame> {
         if let (Some(count), Some(number)) = (self.args.track.orbit, frame.number) {
-            return Some(self.after_steps(None, i64::from(number) - 2, count));
+            return Some(self.after_steps(None, i64::from(number) - 1 + i64::from(steps), count));
         }
         let apart = match (self.args.track.frames, &self.path) {
             (Some(Frames::Count(count)), Some(path)) => path.moment(1, count.max(2)) - path.first(),
             _ => 1.0 / self.args.track.fps,
         };
-        frame.time.map(|time| self.at(None, Some(time - apart)))
+        frame.time.map(|time| self.at(None, Some(time + f32::from(steps) * apart)))
     }
 
     /// The views of the frames.

@@ -80,7 +80,7 @@ impl Key {
             None if matches!(arg.get_action(), ArgAction::SetTrue) => Kind::Flag,
             None if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) => Kind::Number,
             None if is(&[TypeId::of::<Frames>()]) => Kind::NumberOrWord,
-            None if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) => Kind::Numbers,
+            None if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>(), TypeId::of::<[f32; 4]>()]) => Kind::Numbers,
             None if is(&[TypeId::of::<Size>()]) => Kind::Size,
             None if is(&[TypeId::of::<PathBuf>()]) => Kind::Path,
             _ => Kind::Text,

@@ -117,7 +117,7 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         words.retain(|word| !chooses_when(word));
     }
     // Likewise, camera flags on the command line replace the shot's other way of placing the camera.
-    let places = |(id, _): &(String, OsString)| matches!(id.as_str(), "eye" | "target" | "camera");
+    let places = |(id, _): &(String, OsString)| matches!(id.as_str(), "eye" | "target" | "camera" | "pose");
     let sides = |(id, _): &(String, OsString)| id == "view";
     if flags.iter().any(places) {
         words.retain(|word| !sides(word));
@@ -178,7 +178,7 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
 }
 
 /// Flags of camera, time and output. A recording has its own camera and time.
-const OF_IMAGES: [&str; 18] = [
+const OF_IMAGES: [&str; 24] = [
     "adapter",
     "eye",
     "target",
@@ -189,7 +189,13 @@ const OF_IMAGES: [&str; 18] = [
     "frames",
     "orbit",
     "fps",
+    "pose",
+    "pose_convention",
+    "intrinsics",
     "output",
+    "outputs",
+    "classes",
+    "legend",
     "open",
     "skip_existing",
     "accumulate",

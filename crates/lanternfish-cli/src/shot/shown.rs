@@ -21,9 +21,12 @@ use super::{
 use crate::{camera, error::CliError, stereo};
 
 /// Flags of things that a window does not show. They are dropped.
-const LEFT_BEHIND: [&str; 15] = [
+const LEFT_BEHIND: [&str; 18] = [
     "as",
     "output",
+    "outputs",
+    "classes",
+    "legend",
     "open",
     "quality",
     "stereo-layout",
@@ -87,7 +90,9 @@ impl Opened {
     /// The shot of the window's state, and its camera, which equals the window's except for rounding.
     pub fn shown(&self, shown: &Shown<'_>) -> Result<(Shot, Camera), CliError> {
         let keys = keys();
-        let is_camera = |name: &str| matches!(name, "eye" | "target" | "fov-y" | "view");
+        let is_camera = |name: &str| {
+            matches!(name, "eye" | "target" | "fov-y" | "view" | "pose" | "pose-convention" | "intrinsics")
+        };
         let aspect = shown.size[0] as f32 / shown.size[1] as f32;
         let choose = |view| camera::choose(shown.scene, view, aspect);
         let stands = self.shot.path.is_none() && choose(&self.shot.args.view)? == *shown.camera;

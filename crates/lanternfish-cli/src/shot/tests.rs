@@ -378,8 +378,9 @@ fn an_orbit_is_a_sequence_of_its_own() {
     assert_eq!((ninth.view.clone(), ninth.time), (frames[0].view.clone(), Some(2.0)));
     // Light and exposure are those of the first frame, which is the image without an orbit.
     assert!(same(&part.first(), &frames[0]) && frames[0].view == shot(still, "").unwrap().args.view);
-    assert!(same(&orbit.before(&frames[3]).unwrap(), &frames[2]));
-    assert_eq!(orbit.before(&frames[0]).unwrap().view, frames[7].view);
+    assert!(same(&orbit.beside(&frames[3], -1).unwrap(), &frames[2]));
+    assert_eq!(orbit.beside(&frames[0], -1).unwrap().view, frames[7].view);
+    assert_eq!(orbit.beside(&frames[7], 1).unwrap().view, frames[0].view);
     // A time holds the scene still, and a part keeps it.
     let held = still.replace("fps = 4", "time = 1.5");
     let part = shot(&held, "--frames 2-3").unwrap().frames();

@@ -4,7 +4,7 @@ use std::{fmt::Write as _, fs, path::Path, process::Command};
 
 use lanternfish_metrics::{ColorType, RgbImage, read_exr, write_exr, write_png};
 
-use crate::support::lanternfish;
+use crate::support::{lanternfish, write_flying};
 
 /// Success, and all output.
 fn said(command: &mut Command) -> (bool, String) {
@@ -141,22 +141,7 @@ fn placed_triangles_are_counted_before_they_are_visited() {
 #[test]
 fn an_animation_that_goes_too_far_is_refused_by_its_name() {
     let folder = tempfile::tempdir().unwrap();
-    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
-    let data = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 1e13, 0., 0.]);
-    fs::write(folder.path().join("far.bin"), &data).unwrap();
-    let accessor = |view: usize, count: usize, shape: &str| {
-        format!(r#"{{"bufferView": {view}, "componentType": 5126, "count": {count}, "type": "{shape}"}}"#)
-    };
-    let (positions, times, values) = (accessor(0, 3, "VEC3"), accessor(1, 2, "SCALAR"), accessor(2, 2, "VEC3"));
-    let scene = format!(
-        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
-        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}], "accessors": [{positions}, {times}, {values}],
-        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 8}},
-        {{"buffer": 0, "byteOffset": 44, "byteLength": 24}}], "buffers": [{{"byteLength": 68, "uri": "far.bin"}}],
-        "animations": [{{"name": "fly", "samplers": [{{"input": 1, "output": 2}}],
-        "channels": [{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}]}}]}}"#
-    );
-    fs::write(folder.path().join("far.gltf"), scene).unwrap();
+    write_flying(folder.path(), "far", 1e13);
     let mut reference = lanternfish(folder.path());
     reference.args(["reference", "far.gltf", "--time", "0.9", "--size", "8x8", "--spp", "1"]);
     let (success, text) = said(&mut reference);

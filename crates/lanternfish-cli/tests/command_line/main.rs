@@ -5,6 +5,7 @@ mod deep_images;
 mod doctor;
 mod hostile;
 mod mistakes;
+mod outputs;
 mod papers;
 mod reference;
 mod render;

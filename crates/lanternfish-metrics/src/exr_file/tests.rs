@@ -239,3 +239,21 @@ fn equal_content_gives_equal_bytes() {
     };
     assert!(bytes("a.exr") == bytes("b.exr"));
 }
+
+#[test]
+fn channels_are_written_by_name_in_full_precision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.exr");
+    let channels = [("R", vec![0.1f32, 7.0]), ("Depth.Z", vec![1e9, 1e-9]), ("A", vec![1.0, 16_777_215.0])];
+    let channels = channels.map(|(name, values)| (name.to_owned(), values));
+    write_exr_channels(&path, [2, 1], channels.to_vec(), &[]).unwrap();
+    let read = exr::prelude::read_first_flat_layer_from_file(&path).unwrap().layer_data;
+    let read = read.channel_data.list.into_iter();
+    let read = read.map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect::<Vec<_>>()));
+    let mut written = channels.to_vec();
+    written.sort_by(|a, b| a.0.cmp(&b.0));
+    assert_eq!(read.collect::<Vec<_>>(), written);
+    let twice = [channels[0].clone(), channels[0].clone()].to_vec();
+    assert!(write_exr_channels(&path, [2, 1], twice, &[]).is_err());
+    assert!(write_exr_channels(&path, [3, 1], channels.to_vec(), &[]).is_err());
+}

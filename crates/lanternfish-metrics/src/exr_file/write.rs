@@ -30,7 +30,7 @@ pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
 /// write is atomic. Equal content gives equal bytes.
 ///
 /// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
-/// image itself, R, G and B, which other programs show. Names of layers and attributes are unique, ASCII, and at most
+/// image itself, R, G and B, which other programs show. Names of channels and attributes are unique, ASCII, and at most
 /// 250 letters long. Attributes must not have the names that OpenEXR itself uses (`compression`, `comments`): use the
 /// prefix `lanternfish.`. Values are any text.
 pub fn write_exr_layers(
@@ -39,7 +39,7 @@ pub fn write_exr_layers(
     attributes: &[(&str, &str)],
 ) -> Result<(), MetricsError> {
     let layers: Vec<_> = layers.iter().map(|(name, image)| (*name, *image, None)).collect();
-    write(path, &layers, attributes, FlatSamples::F32)
+    write_layers(path, &layers, attributes, FlatSamples::F32)
 }
 
 /// As [`write_exr_layers`], each image with the opacity of its pixels, if given: the channel `A`, by which the colours are
@@ -50,10 +50,10 @@ pub fn write_exr_image(
     attributes: &[(&str, &str)],
 ) -> Result<(), MetricsError> {
     match layers {
-        [(_, image, _)] if fits_halves(image) => write(path, layers, attributes, |samples| {
+        [(_, image, _)] if fits_halves(image) => write_layers(path, layers, attributes, |samples| {
             FlatSamples::F16(samples.into_iter().map(f16::from_f32).collect())
         }),
-        _ => write(path, layers, attributes, FlatSamples::F32),
+        _ => write_layers(path, layers, attributes, FlatSamples::F32),
     }
 }
 
@@ -63,7 +63,7 @@ fn fits_halves(image: &RgbImage) -> bool {
     largest == 0.0 || (LEAST_OF_HALVES..=f16::MAX.to_f32()).contains(&largest)
 }
 
-fn write(
+fn write_layers(
     path: &Path,
     layers: &[(&str, &RgbImage, Option<&[f32]>)],
     attributes: &[(&str, &str)],
@@ -72,8 +72,6 @@ fn write(
     let Some((_, first, _)) = layers.first() else {
         return Err(invalid(path, "a file has at least one layer".to_owned()));
     };
-    check_names(path, "layer", layers.iter().map(|(name, ..)| *name))?;
-    let described = described(path, attributes)?;
     let mut channels = Vec::with_capacity(4 * layers.len());
     for (name, image, alpha) in layers {
         check_sizes(image, first)?;
@@ -81,11 +79,37 @@ fn write(
         let colors = colors.map(|(i, letter)| (letter, image.pixels.iter().map(|pixel| pixel[i]).collect()));
         for (letter, values) in colors.chain(alpha.map(|alpha| ("A", alpha.to_vec()))) {
             let name = if name.is_empty() { letter.to_owned() } else { format!("{name}.{letter}") };
-            channels.push(AnyChannel::new(name.as_str(), samples(values)));
+            channels.push((name, samples(values)));
         }
     }
-    let channels = AnyChannels::sort(channels.into_iter().collect());
-    let layer = Layer::new((first.width, first.height), described, encoding(), channels);
+    write(path, [first.width, first.height], channels, attributes)
+}
+
+/// Writes channels by name, rows from the top, as [`write_exr_layers`] does. `size`: width and height, pixels.
+pub fn write_exr_channels(
+    path: &Path,
+    size: [usize; 2],
+    channels: Vec<(String, Vec<f32>)>,
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
+    let expected = size[0] * size[1];
+    if let Some((_, samples)) = channels.iter().find(|(_, samples)| samples.len() != expected) {
+        return Err(MetricsError::PixelCount { got: samples.len(), expected });
+    }
+    let channels = channels.into_iter().map(|(name, samples)| (name, FlatSamples::F32(samples)));
+    write(path, size, channels.collect(), attributes)
+}
+
+fn write(
+    path: &Path,
+    [width, height]: [usize; 2],
+    channels: Vec<(String, FlatSamples)>,
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
+    check_names(path, "channel", channels.iter().map(|(name, _)| name.as_str()))?;
+    let described = described(path, attributes)?;
+    let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(name.as_str(), samples));
+    let layer = Layer::new((width, height), described, encoding(), AnyChannels::sort(channels.collect()));
     write_sorted(path, |file| Image::from_layer(layer).write().to_buffered(file))
 }
 
@@ -122,7 +146,7 @@ fn encoding() -> Encoding {
 fn check_names<'n>(path: &Path, what: &str, names: impl Iterator<Item = &'n str>) -> Result<(), MetricsError> {
     let mut names_before = Vec::new();
     for name in names {
-        // Names end with a zero byte and have at most 255 bytes, of which a channel's suffix takes two.
+        // Names end with a zero byte and have at most 255 bytes.
         if !name.bytes().all(|b| b.is_ascii_graphic() || b == b' ') || name.len() > 250 {
             return Err(invalid(
                 path,

@@ -42,8 +42,10 @@ gpu_struct! {
         material: u32,
         /// −1 where the transform mirrors, else 1.
         handedness: f32,
+        /// Index of the scene's instance.
+        instance: u32,
         /// Unused.
-        _pad: UVec2,
+        _pad: u32,
     }
 }
 

@@ -294,7 +294,7 @@ impl Renderer {
 
     /// Returns an error if the device is lost or the caller holds the commands of a frame. Discards a frame whose [`PendingFrame`] was
     /// dropped.
-    pub(super) fn check_device(&mut self) -> Result<(), RenderError> {
+    pub(crate) fn check_device(&mut self) -> Result<(), RenderError> {
         match &self.flight.recorded {
             Some((_, alive)) if alive.strong_count() > 0 => return Err(RenderError::NotSubmitted),
             Some(_) => self.forget_frames(),

@@ -15,6 +15,8 @@ pub(super) struct Placed<'a> {
     /// False if the node or an ancestor is hidden (`KHR_node_visibility`): its mesh and lights are left out. It still
     /// moves joints and cameras.
     pub is_visible: bool,
+    /// The semantic class: its own, else that of the nearest ancestor that has one, else 0.
+    pub semantic: u32,
 }
 
 /// The nodes of `scene` (`None`: all nodes), parents before children, in the file's order.
@@ -38,16 +40,17 @@ pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Pl
     }
     // An explicit stack: recursion on a deep tree could overflow the call stack.
     let mut placed = Vec::new();
-    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY, true)).collect();
-    while let Some((index, world_from_parent, is_parent_visible)) = pending.pop() {
+    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY, true, 0)).collect();
+    while let Some((index, world_from_parent, is_parent_visible, inherited)) = pending.pop() {
         let node = &root.nodes[index];
         let world_from_node = world_from_parent * transform_of(node).to_affine();
         if !world_from_node.is_finite() {
             return Err(invalid(format!("nodes[{index}]: its transform is not finite")));
         }
         let is_visible = is_parent_visible && node.extensions.visibility.visible;
-        pending.extend(node.children.iter().rev().map(|child| (*child, world_from_node, is_visible)));
-        placed.push(Placed { index, node, world_from_node, is_visible });
+        let semantic = node.extras.semantic.unwrap_or(inherited);
+        pending.extend(node.children.iter().rev().map(|child| (*child, world_from_node, is_visible, semantic)));
+        placed.push(Placed { index, node, world_from_node, is_visible, semantic });
     }
     Ok(placed)
 }

@@ -193,6 +193,8 @@ fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
         }
         stays
     });
+    let mut stays = new_from_old.iter();
+    scene.semantics.retain(|_| stays.next().is_some_and(Option::is_some));
     scene.motion.instances.retain_mut(|bound| match new_from_old[bound.index] {
         Some(index) => {
             bound.index = index;
@@ -263,6 +265,7 @@ impl Placing<'_, '_, '_> {
                 collected.instance(scene.instances.len(), node_index, node_from_object);
             }
             scene.instances.push(Instance { name: node.name.clone(), mesh, world_from_object });
+            scene.semantics.push(at.semantic);
         }
         Ok(())
     }

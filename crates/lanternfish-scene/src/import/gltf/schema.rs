@@ -272,6 +272,22 @@ pub(super) struct Node {
     pub weights: Vec<f32>,
     pub camera: Option<usize>,
     pub extensions: NodeExtensions,
+    pub extras: Extras,
+}
+
+/// What an application says about a node: any JSON.
+#[derive(Default)]
+pub(super) struct Extras {
+    /// Its `semantic`, if it is an integer that fits.
+    pub semantic: Option<u32>,
+}
+
+impl<'de> Deserialize<'de> for Extras {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let any = serde_json::Value::deserialize(deserializer)?;
+        let semantic = any.get("semantic").and_then(serde_json::Value::as_u64);
+        Ok(Self { semantic: semantic.and_then(|class| u32::try_from(class).ok()) })
+    }
 }
 
 #[derive(Default, Deserialize)]

@@ -88,6 +88,15 @@ impl GpuScene {
         self.previous.kept = Some(Kept { has_bent: true, ..kept });
     }
 
+    /// Copies of the current draw instances and vertex positions.
+    pub(crate) fn copied_geometry(&self, queue: &wgpu::Queue) -> [wgpu::Buffer; 2] {
+        [&self.geometry.instances, &self.geometry.positions].map(|from| {
+            let to = self.copy_target("scene/moment", from);
+            self.copy(queue, from, &to);
+            to
+        })
+    }
+
     fn copy_target(&self, label: &str, from: &wgpu::Buffer) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),

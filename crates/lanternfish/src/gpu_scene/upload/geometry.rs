@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{GpuError, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, Material, Primitive, Scene};
 use rayon::prelude::*;
@@ -283,6 +283,16 @@ impl Geometry {
         bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);
     }
 
+    /// A draw instance as the device has it.
+    pub(crate) fn draw_instance(&self, index: u32) -> &DrawInstance {
+        &self.placed[index as usize]
+    }
+
+    /// The scene's instance of each draw instance.
+    pub(crate) fn order(&self) -> Vec<u32> {
+        self.placed.iter().map(|placed| placed.instance).collect()
+    }
+
     /// World-space box of everything.
     pub(in crate::gpu_scene) fn bounds(&self) -> Bounds {
         let mut bounds = Bounds::EMPTY;
@@ -303,12 +313,13 @@ pub(in crate::gpu_scene) fn standing(scene: &Scene) -> impl Iterator<Item = (usi
 
 /// Draws of all primitives, and their draw instances.
 fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A)>) -> (Vec<Draw>, Vec<DrawInstance>) {
-    // Instances of each mesh.
-    let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); templates.last().map_or(0, |template| template.mesh + 1)];
-    for (mesh, transform) in standing {
+    // Instances of each mesh: their indices and transforms.
+    let mut placed: Vec<Vec<(u32, Affine3A)>> =
+        vec![Vec::new(); templates.last().map_or(0, |template| template.mesh + 1)];
+    for (instance, (mesh, transform)) in (0..).zip(standing) {
         // A mesh after the last one that has a primitive has none.
         if let Some(placed) = placed.get_mut(mesh) {
-            placed.push(transform);
+            placed.push((instance, transform));
         }
     }
     let (mut draws, mut instances) = (Vec::new(), Vec::new());
@@ -322,20 +333,20 @@ fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A
 /// instance, for sorting, and per side, the back first: the far side of a convex surface is drawn before the near one.
 fn add_draws(
     Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
-    placed: &[Affine3A],
+    placed: &[(u32, Affine3A)],
     draws: &mut Vec<Draw>,
     instances: &mut Vec<DrawInstance>,
 ) {
     for mirrored in [false, true] {
         let facing = |side| Facing { side, mirrored };
         let sides: &[Side] = if *double_sided { &[Side::Back, Side::Front] } else { &[Side::Front] };
-        let matching = placed.iter().filter(|transform| mirrors(transform) == mirrored);
+        let matching = placed.iter().filter(|(_, transform)| mirrors(transform) == mirrored);
         let first = instances.len() as u32;
         let mut all_bounds = Bounds::EMPTY;
-        for transform in matching {
+        for (instance, transform) in matching {
             let bounds = object_bounds.transformed(transform);
             all_bounds.add_bounds(&bounds);
-            instances.push(draw_instance(transform, draw.material, mirrored));
+            instances.push(draw_instance(*instance, transform, draw.material, mirrored));
             if draw.alpha == DrawAlpha::Transparent {
                 let index = instances.len() as u32 - 1;
                 let of_side = |side: &Side| Draw {
@@ -355,7 +366,7 @@ fn add_draws(
     }
 }
 
-fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawInstance {
+fn draw_instance(instance: u32, transform: &Affine3A, material: u32, mirrored: bool) -> DrawInstance {
     let m = transform.matrix3;
     let t = transform.translation;
     DrawInstance {
@@ -364,7 +375,8 @@ fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawIns
         row_z: Vec3::from(m.row(2)).extend(t.z),
         material,
         handedness: if mirrored { -1.0 } else { 1.0 },
-        _pad: UVec2::ZERO,
+        instance,
+        _pad: 0,
     }
 }
 

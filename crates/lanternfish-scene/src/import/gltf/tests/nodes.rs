@@ -185,6 +185,21 @@ fn invalid_area_lights_are_refused_and_unknown_shapes_left_out() {
 }
 
 #[test]
+fn semantic_classes_are_inherited_and_other_extras_ignored() {
+    let scene = nodes(json!([
+        { "children": [1, 2, 3], "extras": { "semantic": 7, "other": [{}] } },
+        { "name": "a", "mesh": 0, "translation": [1, 0, 0] },
+        { "name": "b", "mesh": 0, "translation": [2, 0, 0], "extras": { "semantic": 0 } },
+        { "name": "c", "mesh": 0, "translation": [3, 0, 0], "extras": [1, "text"] },
+        { "name": "d", "mesh": 0, "extras": { "semantic": "chair" } },
+        { "name": "copy of d", "mesh": 0, "extras": { "semantic": 4 } },
+        { "name": "e", "mesh": 0, "translation": [4, 0, 0], "extras": { "semantic": 4294967295_u32 } },
+    ]))
+    .scene();
+    assert_eq!((scene.semantics, scene.instances.len()), (vec![7, 0, 7, 0, u32::MAX], 5));
+}
+
+#[test]
 fn hidden_nodes_and_their_descendants_are_not_drawn() {
     let hidden = json!({ "KHR_node_visibility": { "visible": false } });
     let lamp = |visibility: Value| {
