@@ -39,7 +39,14 @@ pub struct Budget {
     free: u64,
     limit: Option<u64>,
     taken: AtomicU64,
+    /// Most bytes by what was read; `u64::MAX`: it does not matter.
+    proportionate: AtomicU64,
 }
+
+/// Bytes that the content of a file may take if no limit was set, and further bytes for each that was read: more than any honest image, whose
+/// plain areas take hundreds of bytes for one, and less than what a file made for it claims.
+const ANY_FILE: u64 = 2 << 30;
+const PER_BYTE: u64 = 256;
 
 impl Budget {
     /// The memory that this process may still allocate: the rest of the [limit](set_limit), or the machine's free memory.
@@ -49,30 +56,55 @@ impl Budget {
             Some(limit) => limit.saturating_sub(machine::used().unwrap_or(0)),
             None => machine::free().unwrap_or(16_000_000_000),
         };
-        Self { free, limit, taken: AtomicU64::new(0) }
+        Self { free, limit, taken: AtomicU64::new(0), proportionate: AtomicU64::new(u64::MAX) }
+    }
+
+    /// As [`Self::of_process`], and without a limit in proportion to what is [read](Self::read).
+    pub fn of_file() -> Self {
+        let budget = Self::of_process();
+        let most = if budget.limit.is_none() { ANY_FILE } else { u64::MAX };
+        Self { proportionate: AtomicU64::new(most), ..budget }
+    }
+
+    /// Reserves the bytes of a file that is read.
+    pub fn read(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
+        let more = |most: u64| Some(most.saturating_add(bytes.saturating_mul(PER_BYTE)));
+        let _ = self.proportionate.fetch_update(Relaxed, Relaxed, more);
+        self.take(bytes, what)
     }
 
     /// A budget of `bytes`, whatever the process uses already.
     pub fn of(bytes: u64) -> Self {
-        Self { free: bytes, limit: Some(bytes), taken: AtomicU64::new(0) }
+        let (taken, proportionate) = (AtomicU64::new(0), AtomicU64::new(u64::MAX));
+        Self { free: bytes, limit: Some(bytes), taken, proportionate }
     }
 
     /// Reserves `bytes` permanently; an error if fewer are free. `what` is subject and verb of the message: "3 images need".
     pub fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
-        let add = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= self.free);
+        let (most, limit) = self.most();
+        let add = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= most);
         match self.taken.fetch_update(Relaxed, Relaxed, add) {
             Ok(_) => Ok(()),
             Err(taken) => {
-                let free = self.free.saturating_sub(taken);
-                Err(TooMuch { what: what(), needed: bytes, free, limit: self.limit })
+                let free = most.saturating_sub(taken);
+                Err(TooMuch { what: what(), needed: bytes, free, limit })
             }
         }
     }
 
     /// Returns an error if fewer than `bytes` are free; reserves nothing.
     pub fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
-        let free = self.free.saturating_sub(self.taken.load(Relaxed));
-        if bytes <= free { Ok(()) } else { Err(TooMuch { what: what(), needed: bytes, free, limit: self.limit }) }
+        let (most, limit) = self.most();
+        let free = most.saturating_sub(self.taken.load(Relaxed));
+        if bytes <= free { Ok(()) } else { Err(TooMuch { what: what(), needed: bytes, free, limit }) }
+    }
+
+    /// Most bytes to take in all, and the limit that this is.
+    fn most(&self) -> (u64, Option<u64>) {
+        match self.proportionate.load(Relaxed) {
+            most if most < self.free => (most, Some(most)),
+            _ => (self.free, self.limit),
+        }
     }
 }
 
@@ -104,6 +136,21 @@ impl fmt::Display for Rest {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Without a limit a file of a few bytes takes 2 GiB at most, and a large one more.
+    #[test]
+    fn a_files_content_is_in_proportion_to_its_size() {
+        let budget = Budget { free: u64::MAX, ..Budget::of_file() };
+        let take = |bytes| budget.take(bytes, || "an image needs".to_owned());
+        budget.read(1000, String::new).unwrap();
+        let error = take(3 << 30).unwrap_err();
+        assert!(
+            error.limit.is_some_and(|limit| limit >> 30 == 2) && error.to_string().contains("the limit is 2.1 GB"),
+            "{error}"
+        );
+        budget.read(10 << 20, String::new).unwrap();
+        take(3 << 30).unwrap();
+    }
 
     #[test]
     fn reserved_memory_is_not_free() {

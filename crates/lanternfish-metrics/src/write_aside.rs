@@ -6,9 +6,10 @@ use std::{
     iter::successors,
     path::{Path, PathBuf},
     sync::{
-        Mutex, MutexGuard, PoisonError,
+        Mutex, MutexGuard, Once, PoisonError,
         atomic::{AtomicU32, Ordering},
     },
+    time::Duration,
 };
 
 /// Writes a file at `path` atomically: `write` fills a temporary file in the same folder, which is then renamed.
@@ -152,6 +153,20 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Age from which on a temporary file belongs to no process that still runs.
+const OLD: Duration = Duration::from_secs(24 * 60 * 60);
+
+/// Removes what killed processes left in a folder. Best effort: the write itself does not depend on it.
+fn sweep(folder: &Path) {
+    let is_ours = |name: &str| name.starts_with(".lanternfish-") && name.ends_with(".partial");
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let age = || entry.metadata().ok()?.modified().ok()?.elapsed().ok();
+        if entry.file_name().to_str().is_some_and(is_ours) && age().is_some_and(|age| age > OLD) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// A temporary file in the target's folder, removed when dropped unless it was renamed.
 struct Aside {
     path: PathBuf,
@@ -161,6 +176,9 @@ impl Aside {
     /// Creates a file with a short, unique name.
     fn create_in(folder: &Path) -> io::Result<(File, Self)> {
         static SERIAL: AtomicU32 = AtomicU32::new(0);
+        // Once, since a folder may hold thousands of frames.
+        static SWEPT: Once = Once::new();
+        SWEPT.call_once(|| sweep(folder));
         let mut unfinished = unfinished();
         loop {
             let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
@@ -375,6 +393,23 @@ mod tests {
             write_aside(null, |file| file.write_all(b"rendering")).unwrap();
             assert!(fs::symlink_metadata(null).unwrap().file_type().is_char_device());
         }
+    }
+
+    #[test]
+    fn files_of_killed_processes_are_swept() {
+        let folder = tempfile::tempdir().unwrap();
+        let old = std::time::SystemTime::now() - 2 * OLD;
+        for (name, is_old) in
+            [(".lanternfish-1-0.partial", true), (".lanternfish-2-0.partial", false), ("a.partial", true)]
+        {
+            let file = File::create(folder.path().join(name)).unwrap();
+            if is_old {
+                file.set_modified(old).unwrap();
+            }
+        }
+        sweep(folder.path());
+        let left = |name| folder.path().join(name).exists();
+        assert!(!left(".lanternfish-1-0.partial") && left(".lanternfish-2-0.partial") && left("a.partial"));
     }
 
     #[test]

@@ -101,7 +101,7 @@ impl<'a> Files<'a> {
         };
         let length = file.metadata()?.len();
         let name = || format!("{} needs", path.file_name().unwrap_or(path.as_os_str()).display());
-        self.budget.take(length, name)?;
+        self.budget.read(length, name)?;
         let mut bytes = Vec::with_capacity(length as usize);
         file.take(length).read_to_end(&mut bytes)?;
         Ok(bytes)

@@ -17,7 +17,8 @@ pub struct LoadOptions {
     /// For files from untrusted sources: otherwise a scene can name any file that the process can read, as a buffer or a texture.
     /// A path out of the folder is an error in a glTF file. In an OBJ file it is a warning, as a missing file is.
     pub confine: bool,
-    /// Memory limit of the import, bytes; `None`: [the limit of the process](lanternfish_limits::memory::set_limit).
+    /// Memory limit of the import, bytes; `None`: [the limit of the process](lanternfish_limits::memory::set_limit); without
+    /// either, in proportion to the size of the files, 2 GiB at least.
     /// The need is estimated from headers before anything is allocated.
     pub memory_limit: Option<u64>,
 }
@@ -25,6 +26,6 @@ pub struct LoadOptions {
 impl LoadOptions {
     /// The memory budget of the import.
     pub(crate) fn budget(&self) -> Budget {
-        self.memory_limit.map_or_else(Budget::of_process, Budget::of)
+        self.memory_limit.map_or_else(Budget::of_file, Budget::of)
     }
 }
