@@ -147,7 +147,7 @@ fn obj_files_are_confined_too() {
         (read("own.mtl", "own.png", &CONFINED), read("own.mtl", "inner\\..\\own.png", &CONFINED)),
         ((1, 0.0), (1, 0.0))
     );
-    // Grey, as without a material.
+    // White, as without a material.
     assert_eq!((read("../out.mtl", "own.png", &free), read("../out.mtl", "own.png", &CONFINED)), ((0, 0.0), (0, 0.8)));
     assert_eq!(read("..\\out.mtl", "own.png", &CONFINED), (0, 0.8));
 }
