@@ -22,6 +22,7 @@ mod deformation;
 mod draco;
 mod extensions;
 mod fault;
+mod glossiness;
 mod hierarchy;
 mod images;
 mod instancing;
@@ -108,7 +109,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
         || meshes::read_all(&accessors, &nodes, &used, &materials, files.budget, &mut notes),
     );
     let meshes = meshes?;
-    let images = textures.keep_readable(images?, &mut materials, &mut notes);
+    let images = textures.keep_readable(images?, &mut materials, files.budget, &mut notes)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         meshes,
