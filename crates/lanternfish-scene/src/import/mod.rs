@@ -12,7 +12,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 pub(crate) use files::read as read_file;
-pub use options::LoadOptions;
+pub use options::{LoadOptions, UpAxis};
 
 use crate::{Scene, SceneError};
 

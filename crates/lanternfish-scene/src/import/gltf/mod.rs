@@ -80,7 +80,9 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Sc
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
     let file = files.scene(path)?;
-    read(&file, path, options, &files).map_err(|fault| fault.at(path))
+    let mut scene = read(&file, path, options, &files).map_err(|fault| fault.at(path))?;
+    scene.motion.world_from_roots = options.up.world_from_file();
+    Ok(scene)
 }
 
 /// Reads the content of a file; `path` names the scene.
@@ -91,7 +93,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
     let scene = scenes::select(&root, options.scene.as_deref())?;
     let variant = variants::select(&root, options.variant.as_deref())?;
     let buffers = Buffers::load(&root, parts.bin, files)?;
-    let nodes = hierarchy::resolve(&root, scene)?;
+    let nodes = hierarchy::resolve(&root, scene, options.up.world_from_file())?;
     let used = Used::find(&root, &nodes, variant)?;
 
     let mut notes = Notes::default();

@@ -36,7 +36,9 @@ const MOST_NAMES: usize = 8;
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
-    read(&files.scene(path)?, path, &files)
+    let mut scene = read(&files.scene(path)?, path, &files)?;
+    scene.instances.iter_mut().for_each(|instance| instance.world_from_object = options.up.world_from_file());
+    Ok(scene)
 }
 
 /// Reads the content of a file; `path` names the scene.
