@@ -253,12 +253,31 @@ pub struct ViewArgs {
     /// Size of the image, pixels, if there are --intrinsics.
     #[arg(skip)]
     pub size: [u32; 2],
+    /// Frames the complete scene from this angle about its vertical axis, degrees.
+    ///
+    /// From the front (0), counter-clockwise seen from above: 90 is its right side. Without it: 22, a little from the right.
+    #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(conflicts_with_all = ["eye", "target", "camera", "view"])]
+    pub azimuth: Option<f32>,
+    /// Frames the complete scene from this angle above its middle, degrees.
+    ///
+    /// Without it: 16, a little from above.
+    #[arg(long, value_name = "DEG", value_parser = parse::elevation, allow_hyphen_values = true, hide_short_help = true)]
+    #[arg(conflicts_with_all = ["eye", "target", "camera", "view"])]
+    pub elevation: Option<f32>,
     /// Angle about the axis of `--orbit`, radians, counter-clockwise seen from above; in [0, 2π).
     #[arg(skip)]
     pub orbit_angle: f32,
     /// A recorded camera, in place of those of the file.
     #[arg(skip)]
     pub recorded: Option<Camera>,
+}
+
+impl ViewArgs {
+    /// True if angles choose the direction from which the scene is framed.
+    pub fn is_turned(&self) -> bool {
+        self.azimuth.is_some() || self.elevation.is_some()
+    }
 }
 
 /// Flags of stereo images.

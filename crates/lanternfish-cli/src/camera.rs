@@ -93,8 +93,8 @@ pub(crate) fn follow(
     aspect: f32,
     chosen: &Camera,
 ) -> Result<Camera, CliError> {
-    let is_of_file =
-        flags.camera.is_some() || (flags.view.is_none() && flags.recorded.is_none() && !scene.cameras.is_empty());
+    let is_of_file = flags.camera.is_some()
+        || (flags.view.is_none() && !flags.is_turned() && flags.recorded.is_none() && !scene.cameras.is_empty());
     if !is_of_file {
         return Ok(chosen.clone());
     }
@@ -117,6 +117,10 @@ fn choose_within<F: FnOnce() -> Bounds>(
     let (mut camera, is_inside) = match (&flags.camera, flags.view, scene.cameras.first()) {
         _ if let Some(camera) = &flags.recorded => (camera.clone(), false),
         (Some(wanted), ..) => (named(scene, wanted)?.clone(), false),
+        _ if flags.is_turned() => {
+            let turn = [flags.azimuth, flags.elevation].map(|angle| angle.map(f32::to_radians));
+            (Camera::framing_turned(scene, turn, fov_y, aspect), false)
+        }
         (None, Some(side), _) => (Camera::framing_scene(scene, Some(side), fov_y, aspect), false),
         (None, None, Some(camera)) => (camera.clone(), false),
         // Only its orientation may have been kept.
@@ -286,6 +290,14 @@ mod tests {
         let zoomed = choose(&scene(), &zoomed, 1.0).unwrap();
         // Framing adapts the distance to the field of view: smaller angle, larger distance.
         assert!(zoomed.eye().length() > 2.0 * sides(Viewpoint::Front).eye().length());
+    }
+
+    #[test]
+    fn angles_frame_the_scene_without_the_files_cameras() {
+        let turned = ViewArgs { azimuth: Some(90.0), elevation: Some(0.0), ..flags() };
+        assert!(forward(&choose(&scene(), &turned, 1.0).unwrap()).abs_diff_eq(Vec3::NEG_X, 1e-6));
+        let above = ViewArgs { elevation: Some(90.0), ..flags() };
+        assert!(forward(&choose(&scene(), &above, 1.0).unwrap()).abs_diff_eq(Vec3::NEG_Y, 1e-6));
     }
 
     #[test]

@@ -54,6 +54,13 @@ impl fmt::Display for CliError {
 impl From<SceneError> for CliError {
     fn from(error: SceneError) -> Self {
         let hint = match &error {
+            SceneError::Io { source, path }
+                if source.kind() == io::ErrorKind::NotFound
+                    && !["gltf", "glb", "obj"].iter().any(|ending| has_ending(path, ending))
+                    && !is_environment(path) =>
+            {
+                "the scene consists of several files: copy this one to its place beside the others"
+            }
             SceneError::Io { source, path } if source.kind() == io::ErrorKind::NotFound && !is_environment(path) => {
                 "check the path, or render a built-in scene: lanternfish render demo:atrium"
             }

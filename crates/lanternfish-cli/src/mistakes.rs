@@ -9,7 +9,7 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 19] = [
+const ELSEWHERE: [(&str, &str); 32] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -28,11 +28,29 @@ const ELSEWHERE: [(&str, &str); 19] = [
     ("--time-limit", "`lanternfish reference` traces until a --time-limit; --time is a moment of an animation"),
     ("--fov", "--fov-y DEGREES is the vertical field of view"),
     ("--frames", "`lanternfish frames SHOT A-B` takes the range without a flag"),
+    ("--camera-position", EYE),
+    ("--camera-pos", EYE),
+    ("--camera-orbit", "--azimuth DEGREES and --elevation DEGREES turn the camera that frames the scene"),
+    ("--animation-time", "--time SECONDS is the moment of an animation"),
+    ("--no-env", "--light-rig none leaves the built-in lights out; without --environment there is no environment"),
+    ("--bg", BACKGROUND),
+    ("--background-color", BACKGROUND),
+    ("--transparent", BACKGROUND),
+    ("--alpha", BACKGROUND),
+    ("--aov", "--outputs NAMES writes depth, normals and more beside the image"),
+    ("--aovs", "--outputs NAMES writes depth, normals and more beside the image"),
+    (
+        "--denoiser",
+        "indirect light is always denoised; --accumulate N averages frames, --quality best traces more rays",
+    ),
+    ("--threads", "only `lanternfish reference` traces on CPU threads; --adapter NAME chooses what renders"),
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
+const BACKGROUND: &str = "--background COLOR|transparent|environment is what is behind the scene";
+const EYE: &str = "--eye X,Y,Z is the camera's position, and --target X,Y,Z the point that it looks at";
 const TURNTABLE: &str = "--orbit N renders N frames around the scene";
 const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`";
 

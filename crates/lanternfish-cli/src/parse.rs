@@ -225,6 +225,11 @@ pub fn rotation(text: &str) -> Result<f32, String> {
     number(text).filter(|d| d.abs() <= 3600.0).ok_or_else(|| "expected degrees from -3600 to 3600".to_owned())
 }
 
+/// Parses an angle above the horizon, degrees.
+pub fn elevation(text: &str) -> Result<f32, String> {
+    number(text).filter(|d| d.abs() <= 90.0).ok_or_else(|| "expected degrees from -90 to 90".to_owned())
+}
+
 /// Parses a time, s.
 pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())

@@ -108,7 +108,8 @@ pub fn load_part(source: &SceneName, part: &PartArgs) -> Result<Scene, CliError>
     }
     let confine = CONFINES.load(Relaxed);
     let (scene, variant) = (part.scene_of_file.clone(), part.variant.clone());
-    let options = LoadOptions { scene, variant, confine, ..LoadOptions::default() };
+    let up = part.up.unwrap_or_default();
+    let options = LoadOptions { scene, variant, up, confine, ..LoadOptions::default() };
     Ok(lanternfish_scene::load_with(source.spelling(), &options)?)
 }
 
@@ -132,7 +133,7 @@ const FEW: usize = 5;
 fn a_folder_is_refused_with_the_scenes_in_it() {
     let folder = tempfile::tempdir().unwrap();
     let error = || {
-        let part = PartArgs { scene_of_file: None, variant: None };
+        let part = PartArgs::default();
         load_part(&SceneName::from(folder.path()), &part).unwrap_err().to_string()
     };
     assert!(error().contains("this is a folder") && error().contains("name a .gltf, .glb or .obj file"), "{}", error());

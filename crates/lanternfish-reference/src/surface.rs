@@ -1,6 +1,6 @@
 //! The surface at a hit, with its geometry and material. CPU reference of `gpu_scene/surface.wesl`.
 
-use glam::{DVec3, Vec3, Vec3A, Vec4};
+use glam::{DVec3, FloatExt, Vec2, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Material, TextureRef, shading::Materials};
 
 use crate::{
@@ -119,23 +119,31 @@ impl Surface {
                     reflector.through =
                         ScattersThrough { fraction: fraction.into(), albedo: (1.0 - f64::from(metallic)) * albedo };
                 }
-                if material.iridescence > 0.0 {
-                    let film = ThinFilm {
-                        ior: material.iridescence_ior.into(),
-                        thickness: material.iridescence_thickness.into(),
-                    };
+                let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+                let iridescence = material.iridescence * linear(&film).x;
+                if iridescence > 0.0 {
+                    let (least, most) = (material.iridescence_thickness_minimum, material.iridescence_thickness);
+                    let thickness = film_thickness
+                        .map_or(most, |reference| least.lerp(most, textured(&reference, Encoding::Linear).y));
+                    let film = ThinFilm { ior: material.iridescence_ior.into(), thickness: thickness.into() };
                     let of_film = film.f0(reflector.f0, -normal.dot(direction.as_dvec3()));
-                    reflector.f0 = reflector.f0.lerp(of_film, material.iridescence.into());
+                    reflector.f0 = reflector.f0.lerp(of_film, iridescence.into());
                 }
-                if material.anisotropy > 0.0 {
+                // Of the texture red and green are the direction, blue the strength.
+                let turn = grain.map_or(Vec2::X, |reference| {
+                    let texel = textured(&reference, Encoding::Linear);
+                    (texel.z * (2.0 * texel.truncate().truncate() - 1.0)).clamp_length_max(1.0)
+                });
+                let anisotropy = material.anisotropy * turn.length();
+                if anisotropy > 0.0 {
                     let has_tangents = !primitive.tangents.is_empty();
                     let (t, handedness) = if has_tangents { tangent() } else { (Vec3A::ZERO, 1.0) };
                     let t = t.as_dvec3() - normal * normal.dot(t.as_dvec3());
                     // Without tangents the direction is arbitrary, and that of the shaders.
                     let t = t.try_normalize().unwrap_or_else(|| normal.any_orthonormal_pair().0);
-                    let (sin, cos) = f64::from(material.anisotropy_rotation).sin_cos();
+                    let (sin, cos) = f64::from(material.anisotropy_rotation + turn.to_angle()).sin_cos();
                     let along = cos * t + f64::from(handedness) * sin * normal.cross(t);
-                    let grain = Grain::new(along, reflector.perceptual_roughness, material.anisotropy.into());
+                    let grain = Grain::new(along, reflector.perceptual_roughness, anisotropy.into());
                     reflector.perceptual_roughness = grain.mean_roughness();
                     reflector.grain = Some(grain);
                 }
@@ -145,9 +153,11 @@ impl Surface {
                     let normal = perturbed(&material.clearcoat_normal_texture, material.clearcoat_normal_scale);
                     Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal }
                 });
-                let sheen = (material.sheen_color != Vec3::ZERO).then(|| Sheen {
-                    color: material.sheen_color.as_dvec3(),
-                    perceptual_roughness: material.sheen_roughness.into(),
+                let tint = sheen_color.map_or(Vec4::ONE, |reference| textured(&reference, Encoding::Srgb));
+                let color = material.sheen_color * tint.truncate();
+                let sheen = (color != Vec3::ZERO).then(|| Sheen {
+                    color: color.as_dvec3(),
+                    perceptual_roughness: (material.sheen_roughness * linear(&sheen_roughness).w).into(),
                 });
                 let layers = Layers { sheen, coat };
                 surface.bsdf = Some(match layers == Layers::default() {

@@ -57,12 +57,27 @@ impl Camera {
         frame.camera(bounds, fov_y)
     }
 
-    /// A perspective camera that frames a scene from `side`; `None`: from the front, slightly from the right and above. The
-    /// vertices, not their box, fill 80 % of the image's tighter dimension. `aspect` is width / height, `fov_y` is in
+    /// A perspective camera that frames a scene from `side`; `None`: from the front, slightly from the right and above unless it is
+    /// an upright card. The vertices, not their box, fill 80 % of the image's tighter dimension. `aspect` is width / height, `fov_y` is in
     /// radians. Takes time linear in the placed vertices, except those of instances within the bounds of others. A scene
     /// without geometry counts as a cube of 2 m around the origin.
     pub fn framing_scene(scene: &Scene, side: Option<Viewpoint>, fov_y: f32, aspect: f32) -> Self {
-        let towards_eye = side.map_or(THREE_QUARTER, Viewpoint::towards_eye);
+        let towards_eye = side.map_or_else(|| usual_direction(&scene.bounds()), Viewpoint::towards_eye);
+        Self::framing_from(scene, towards_eye, fov_y, aspect)
+    }
+
+    /// [`Camera::framing_scene`] with the eye at this azimuth from the front, counter-clockwise seen from above, and this elevation;
+    /// radians, `None`: as without a side.
+    #[doc(hidden)]
+    pub fn framing_turned(scene: &Scene, turn: [Option<f32>; 2], fov_y: f32, aspect: f32) -> Self {
+        let usual = usual_direction(&scene.bounds()).normalize();
+        let [azimuth, elevation] = [turn[0].unwrap_or(usual.x.atan2(usual.z)), turn[1].unwrap_or(usual.y.asin())];
+        let level = Vec3::new(azimuth.sin(), 0.0, azimuth.cos());
+        Self::framing_from(scene, elevation.cos() * level + elevation.sin() * Vec3::Y, fov_y, aspect)
+    }
+
+    /// A camera in this direction from the scene, of any length.
+    fn framing_from(scene: &Scene, towards_eye: Vec3, fov_y: f32, aspect: f32) -> Self {
         let boxes = scene.boxes();
         let bounds = scene.bounds_of(&boxes);
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
@@ -81,6 +96,14 @@ impl Camera {
         }
         frame.camera(&bounds, fov_y)
     }
+}
+
+/// Direction towards the eye without a choice, any length: cards that face the front are seen from there.
+fn usual_direction(bounds: &Bounds) -> Vec3 {
+    const MOST_DEPTH: f32 = 0.02;
+    let size = bounds.size();
+    let is_card = !bounds.is_empty() && size.z < MOST_DEPTH * size.x.min(size.y);
+    if is_card { Vec3::Z } else { THREE_QUARTER }
 }
 
 /// The four planes through the eye that bound the framed points, with a margin to the image's sides. The planes' slopes do not
@@ -236,6 +259,36 @@ mod tests {
         assert!(right_of(Viewpoint::Left).abs_diff_eq(Vec3::Z, 1e-6));
         assert!(right_of(Viewpoint::Top).abs_diff_eq(Vec3::X, 1e-6));
         assert!(camera(Viewpoint::Top).eye().y > 2.0 && camera(Viewpoint::Iso).eye().min_element() > 1.0);
+    }
+
+    #[test]
+    fn cards_are_seen_from_the_front_and_turns_are_angles() {
+        let scaled = |x, y, z| {
+            let mut scene = shapes().swap_remove(0);
+            scene.instances[0].world_from_object = Affine3A::from_scale(Vec3::new(x, y, z));
+            scene
+        };
+        let towards_eye = |scene: &Scene, turn| {
+            let camera = Camera::framing_turned(scene, turn, 0.8, 1.0);
+            camera.world_from_camera.transform_vector3(Vec3::Z)
+        };
+        let usual = THREE_QUARTER.normalize();
+        for (scene, expected) in
+            [(scaled(2.0, 3.0, 0.01), Vec3::Z), (scaled(2.0, 0.01, 3.0), usual), (scaled(1.0, 1.0, 1.0), usual)]
+        {
+            let camera = Camera::framing_scene(&scene, None, 0.8, 1.0);
+            assert!(camera.world_from_camera.transform_vector3(Vec3::Z).abs_diff_eq(expected, 1e-6), "{camera:?}");
+            assert!(towards_eye(&scene, [None, None]).abs_diff_eq(expected, 1e-6));
+        }
+        let ball = scaled(1.0, 1.0, 1.0);
+        let [quarter, half] = [90f32, 180.0].map(f32::to_radians);
+        assert!(towards_eye(&ball, [Some(quarter), Some(0.0)]).abs_diff_eq(Vec3::X, 1e-6));
+        assert!(
+            towards_eye(&ball, [Some(half), Some(0.5 * quarter)])
+                .abs_diff_eq(Vec3::new(0.0, 1.0, -1.0).normalize(), 1e-6)
+        );
+        assert!(towards_eye(&ball, [Some(0.0), Some(-quarter)]).abs_diff_eq(Vec3::NEG_Y, 1e-6));
+        assert!((towards_eye(&ball, [Some(0.0), None]).y - usual.y).abs() < 1e-6);
     }
 
     #[test]

@@ -73,18 +73,30 @@ pub struct Material {
     pub clearcoat_normal_scale: f32,
     /// Colour of light that fibres above the surface reflect, linear, in 0..=1 (`KHR_materials_sheen`); black: none.
     pub sheen_color: Vec3,
+    /// sRGB-encoded RGB.
+    pub sheen_color_texture: Option<TextureRef>,
     /// Perceptual roughness of the fibres, in 0..=1: how far from grazing angles they reflect.
     pub sheen_roughness: f32,
+    /// Linear; alpha.
+    pub sheen_roughness_texture: Option<TextureRef>,
     /// How much rougher the surface is along its grain than across it, in 0..=1 (`KHR_materials_anisotropy`).
     pub anisotropy: f32,
     /// Angle from the tangent to the grain, counter-clockwise in texture coordinates, radians.
     pub anisotropy_rotation: f32,
+    /// Linear; red and green: direction from the tangent, which the rotation turns; blue: strength.
+    pub anisotropy_texture: Option<TextureRef>,
     /// Fraction of the reflection at normal incidence that a thin film replaces, in 0..=1 (`KHR_materials_iridescence`).
     pub iridescence: f32,
+    /// Linear; red.
+    pub iridescence_texture: Option<TextureRef>,
     /// Index of refraction of the film, at least 1.
     pub iridescence_ior: f32,
-    /// Thickness of the film, nm, not negative.
+    /// Thickness of the film, nm, not negative; where it has a texture, that of the texture's one.
     pub iridescence_thickness: f32,
+    /// Thickness of the film where its texture is zero, nm, not negative.
+    pub iridescence_thickness_minimum: f32,
+    /// Linear; green: from the minimum (0) to the thickness (1).
+    pub iridescence_thickness_texture: Option<TextureRef>,
     /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface is
     /// thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
     pub thickness: f32,
@@ -161,11 +173,29 @@ impl Material {
     #[doc(hidden)]
     pub fn tangent_uv_set(&self) -> Option<u32> {
         let of_map = self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set);
-        of_map.or((self.anisotropy > 0.0).then_some(0))
+        let of_grain = self.anisotropy_texture.map_or(0, |texture| texture.uv_set);
+        of_map.or((self.anisotropy > 0.0).then_some(of_grain))
     }
 
-    /// All references to textures.
-    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 13] {
+    /// The textures that renderers sample of sheen (colour, roughness), of the grain, and of the film (weight, thickness). A shader
+    /// has three places for them and for those of a clear coat: sheen's need the place of the coat's, the grain's that of the coat's
+    /// roughness, and the film's that of the coat's normal. Two textures in one place must be the same.
+    #[doc(hidden)]
+    pub fn layer_textures(&self) -> [Option<TextureRef>; 5] {
+        let in_place = |coat: Option<TextureRef>, first: Option<TextureRef>, second: Option<TextureRef>| match coat {
+            Some(_) => [None; 2],
+            None => [first, second.filter(|second| first.is_none_or(|first| first == *second))],
+        };
+        let [sheen_color, sheen_roughness] =
+            in_place(self.clearcoat_texture, self.sheen_color_texture, self.sheen_roughness_texture);
+        let [grain, _] = in_place(self.clearcoat_roughness_texture, self.anisotropy_texture, None);
+        let [film, thickness] =
+            in_place(self.clearcoat_normal_texture, self.iridescence_texture, self.iridescence_thickness_texture);
+        [sheen_color, sheen_roughness, grain, film, thickness]
+    }
+
+    /// All references to textures; the last five are those of [`Material::layer_textures`].
+    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 18] {
         [
             &mut self.base_color_texture,
             &mut self.metallic_roughness_texture,
@@ -180,6 +210,11 @@ impl Material {
             &mut self.clearcoat_texture,
             &mut self.clearcoat_roughness_texture,
             &mut self.clearcoat_normal_texture,
+            &mut self.sheen_color_texture,
+            &mut self.sheen_roughness_texture,
+            &mut self.anisotropy_texture,
+            &mut self.iridescence_texture,
+            &mut self.iridescence_thickness_texture,
         ]
     }
 }
@@ -220,12 +255,18 @@ impl Default for Material {
             clearcoat_normal_texture: None,
             clearcoat_normal_scale: 1.0,
             sheen_color: Vec3::ZERO,
+            sheen_color_texture: None,
             sheen_roughness: 0.0,
+            sheen_roughness_texture: None,
             anisotropy: 0.0,
             anisotropy_rotation: 0.0,
+            anisotropy_texture: None,
             iridescence: 0.0,
+            iridescence_texture: None,
             iridescence_ior: 1.3,
             iridescence_thickness: 400.0,
+            iridescence_thickness_minimum: 100.0,
+            iridescence_thickness_texture: None,
             thickness: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

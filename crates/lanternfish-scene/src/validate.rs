@@ -230,6 +230,11 @@ impl Material {
             self.clearcoat_texture,
             self.clearcoat_roughness_texture,
             self.clearcoat_normal_texture,
+            self.sheen_color_texture,
+            self.sheen_roughness_texture,
+            self.anisotropy_texture,
+            self.iridescence_texture,
+            self.iridescence_thickness_texture,
         ];
         for texture in textures.into_iter().flatten() {
             if texture.texture >= texture_count || texture.uv_set > 1 || !texture.texture_from_uv.is_finite() {
@@ -255,8 +260,9 @@ impl Material {
         if !lobes.into_iter().chain(self.sheen_color.to_array()).all(in_unit) {
             return Err("clear coat, sheen, anisotropy, iridescence or a roughness of them outside 0..=1".to_owned());
         }
-        let film = self.iridescence_ior >= 1.0 && self.iridescence_thickness >= 0.0;
-        if !(film && self.iridescence_ior.is_finite() && self.iridescence_thickness.is_finite()) {
+        let thicknesses = [self.iridescence_thickness, self.iridescence_thickness_minimum];
+        let has_thickness = thicknesses.into_iter().all(|nm| nm >= 0.0 && nm.is_finite());
+        if !(has_thickness && self.iridescence_ior >= 1.0 && self.iridescence_ior.is_finite()) {
             return Err("film without an index of refraction of at least 1 or a thickness".to_owned());
         }
         if !(self.ior == 0.0 || (self.ior >= 1.0 && self.ior.is_finite())) {

@@ -48,7 +48,7 @@ impl CameraPath {
         match self {
             Self::Keyframes(track) => {
                 let moment = track.at(time);
-                let is_free = flags.view.is_none();
+                let is_free = flags.view.is_none() && !flags.is_turned();
                 ViewArgs {
                     eye: flags.eye.or(moment.eye.filter(|_| is_free)),
                     target: flags.target.or(moment.target.filter(|_| is_free)),
@@ -57,7 +57,7 @@ impl CameraPath {
                 }
             }
             Self::Recorded(path) => {
-                let is_free = flags.view.is_none() && flags.camera.is_none();
+                let is_free = flags.view.is_none() && !flags.is_turned() && flags.camera.is_none();
                 ViewArgs { recorded: is_free.then(|| path.at(time)).flatten(), ..flags.clone() }
             }
         }

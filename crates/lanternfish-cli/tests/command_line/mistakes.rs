@@ -54,8 +54,13 @@ fn a_missing_file() {
     let folder = tempfile::tempdir().unwrap();
     for words in [&["render", "nowhere.glb", "-o", "a.png"][..], &["info", "nowhere.glb"], &["render", "nowhere.gltf"]]
     {
-        run(folder.path(), words).assert_refused(&["nowhere.gl", "No such file", "hint"], &[]);
+        run(folder.path(), words).assert_refused(&["nowhere.gl", "No such file", "hint: check the path"], &[]);
     }
+    // A part of a scene of several files.
+    let scene = r#"{ "asset": { "version": "2.0" }, "buffers": [{ "uri": "box.bin", "byteLength": 4 }] }"#;
+    fs::write(folder.path().join("box.gltf"), scene).unwrap();
+    let missing = run(folder.path(), &["render", "box.gltf", "-o", "a.png"]);
+    missing.assert_refused(&["box.bin", "No such file", "hint: the scene consists of several files"], &["box.gltf"]);
 }
 
 #[test]
@@ -156,6 +161,11 @@ fn flags_and_forms_of_other_programs() {
         (&["reference", "demo:cornell", "-s", "64"], "--size"),
         (&["render", "demo:cornell", "--samples", "16"], "--accumulate N averages N frames"),
         (&["render", "demo:cornell", "--eye", "1", "2", "3"], "joined by commas: 1,2,3"),
+        (&["render", "demo:cornell", "--camera-position", "1,2,3"], "--eye X,Y,Z is the camera's position"),
+        (&["render", "demo:cornell", "--animation-time", "1"], "--time SECONDS"),
+        (&["render", "demo:cornell", "--bg", "white"], "--background COLOR"),
+        (&["render", "demo:cornell", "--denoiser", "off"], "indirect light is always denoised"),
+        (&["render", "demo:cornell", "--threads", "4"], "only `lanternfish reference` traces on CPU threads"),
         (&["turntable", "box.glb"], "`lanternfish render SCENE --orbit N`"),
         (&["render", "demo:cornell", "--indirect", "path"], "`lanternfish reference SCENE` is the path tracer"),
         (&["farm", "demo:cornell", "--orbit", "8"], "`lanternfish shot SCENE --orbit N -o shot.toml`"),

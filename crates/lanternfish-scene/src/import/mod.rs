@@ -12,7 +12,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 pub(crate) use files::read as read_file;
-pub use options::LoadOptions;
+pub use options::{LoadOptions, UpAxis};
 
 use crate::{Scene, SceneError};
 
@@ -32,12 +32,12 @@ use crate::{Scene, SceneError};
 ///   bits are reduced to 8. A missing or damaged image is a warning: surfaces lack its texture.
 /// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`,
 ///   `KHR_draco_mesh_compression`, `KHR_lights_punctual`, `KHR_materials_clearcoat`, `KHR_materials_diffuse_transmission`,
-///   `KHR_materials_dispersion`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
+///   `KHR_materials_dispersion`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_pbrSpecularGlossiness`
+///   (converted), `KHR_materials_specular`, `KHR_materials_transmission`, `KHR_materials_unlit`,
 ///   `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_node_visibility`, `KHR_texture_basisu`,
 ///   `KHR_texture_transform`.
-/// * In part, with a warning about the rest: `KHR_materials_pbrSpecularGlossiness` without its texture;
-///   `KHR_materials_volume` without its texture; `KHR_materials_{anisotropy, iridescence, sheen}` with the means of their
-///   textures.
+/// * In part, with a warning about the rest: `KHR_materials_volume` without its texture; `KHR_materials_{anisotropy, iridescence, sheen}` with the means of those
+///   textures for which the clear coat's or another one leaves no place.
 /// * `KHR_materials_variants`: the materials of [`LoadOptions::variant`], else the default ones.
 /// * Any other extension is an error if the file requires it, and a warning if the file only uses it.
 /// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene has the file's rest
@@ -47,8 +47,8 @@ use crate::{Scene, SceneError};
 ///
 /// Supported parts of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as triangle fans,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,
-/// `map_d`, `norm` and, where it is a normal map, `map_Bump`). Missing normals become flat ones. A missing MTL file or
-/// texture is a warning. Not supported: smoothing groups, vertex colours, points, lines, curves.
+/// `map_d`, `norm` and, where it is a normal map, `map_Bump`). Missing normals become flat ones. Instead of a missing MTL file that
+/// of the scene's own name is read. A missing one or a missing texture is a warning. Not supported: smoothing groups, vertex colours, points, lines, curves.
 ///
 /// Every file that the scene names is read, wherever it is. Set [`LoadOptions::confine`] for files from untrusted sources.
 ///

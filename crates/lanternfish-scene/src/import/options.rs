@@ -1,6 +1,35 @@
 //! Options for importing a scene file.
 
+use glam::{Affine3A, Mat3, Vec3};
 use lanternfish_limits::memory::Budget;
+
+use crate::named_enum;
+
+named_enum! {
+    /// The axis of a file that points up.
+    UpAxis {
+        /// As glTF has it, and most OBJ files.
+        Y = "y": "As glTF has it, and most OBJ files",
+        /// As CAD and map data have it: the file's +y becomes −z.
+        Z = "z": "As CAD and map data have it; +y points away from the front",
+    }
+}
+
+impl Default for UpAxis {
+    fn default() -> Self {
+        Self::Y
+    }
+}
+
+impl UpAxis {
+    /// The rotation from the file's axes to those of the scene, whose +y is up.
+    pub(crate) fn world_from_file(self) -> Affine3A {
+        match self {
+            Self::Y => Affine3A::IDENTITY,
+            Self::Z => Affine3A::from_mat3(Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y)),
+        }
+    }
+}
 
 /// Options of [`crate::load_with`]. The default reads the file's default scene with its default materials, follows every path in the file, and may use
 /// the memory limit of the process.
@@ -11,6 +40,8 @@ pub struct LoadOptions {
     /// Name of the variant of the materials (`KHR_materials_variants`), else its index in decimal; `None`: the default
     /// materials.
     pub variant: Option<String>,
+    /// The axis that points up in the file. Not of built-in scenes.
+    pub up: UpAxis,
     /// True if only files in the scene's folder and its subfolders are read. The check uses the resolved path:
     /// `..`, percent-encoding and symbolic links cannot leave the folder, and a scene that is itself a link to elsewhere is refused.
     ///

@@ -3,9 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{LoadOptions, SceneError, load, load_with};
+use glam::Vec3;
 
-const CONFINED: LoadOptions = LoadOptions { scene: None, variant: None, confine: true, memory_limit: None };
+use crate::{LoadOptions, SceneError, UpAxis, load, load_with};
+
+const CONFINED: LoadOptions =
+    LoadOptions { scene: None, variant: None, up: UpAxis::Y, confine: true, memory_limit: None };
 
 /// A folder with a file of 36 zero bytes (enough for a triangle), and the scene's folder inside it.
 struct Place {
@@ -147,7 +150,7 @@ fn obj_files_are_confined_too() {
         (read("own.mtl", "own.png", &CONFINED), read("own.mtl", "inner\\..\\own.png", &CONFINED)),
         ((1, 0.0), (1, 0.0))
     );
-    // Grey, as without a material.
+    // White, as without a material.
     assert_eq!((read("../out.mtl", "own.png", &free), read("../out.mtl", "own.png", &CONFINED)), ((0, 0.0), (0, 0.8)));
     assert_eq!(read("..\\out.mtl", "own.png", &CONFINED), (0, 0.8));
 }
@@ -221,4 +224,20 @@ fn names_need_not_be_utf8() {
     let path = folder.path().join(Path::new(OsStr::from_bytes(b"caf\xe9.obj")));
     fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     assert_eq!(load(&path).unwrap().triangle_counts(), (1, 1));
+}
+
+/// With z up the file's +z is the scene's +y, and its +y the scene's -z.
+#[test]
+fn files_with_z_up_stand() {
+    let place = Place::new();
+    fs::write(place.path("point.obj"), "v 0 1 2\nv 0 1 2\nv 0 1 2\nf 1 2 3\n").unwrap();
+    let nodes = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "camera": 0, "translation": [0, 1, 2] }],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }] }"#;
+    fs::write(place.path("eye.gltf"), nodes).unwrap();
+    for (up, expected) in [(UpAxis::Y, Vec3::new(0.0, 1.0, 2.0)), (UpAxis::Z, Vec3::new(0.0, 2.0, -1.0))] {
+        let read = |name| load_with(place.path(name), &LoadOptions { up, ..LoadOptions::default() }).unwrap();
+        assert_eq!(read("point.obj").bounds().center(), expected);
+        let scene = read("eye.gltf");
+        assert_eq!((scene.cameras[0].eye(), scene.motion.world_from_roots), (expected, up.world_from_file()));
+    }
 }

@@ -31,6 +31,8 @@ use crate::Light;
 /// The node hierarchy, skins and animations of a scene. Empty for static scenes.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
+    /// Transform of the nodes without a parent: of the file's up axis.
+    pub world_from_roots: Affine3A,
     /// The node hierarchy, parents before their children.
     pub nodes: Vec<Node>,
     /// Skins of deformed meshes.

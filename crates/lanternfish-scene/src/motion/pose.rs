@@ -65,7 +65,7 @@ impl Motion {
         }
         let mut world_from_node: Vec<Affine3A> = Vec::with_capacity(transforms.len());
         for (node, transform) in self.nodes.iter().zip(transforms) {
-            let parent = node.parent.map_or(Affine3A::IDENTITY, |parent| world_from_node[parent]);
+            let parent = node.parent.map_or(self.world_from_roots, |parent| world_from_node[parent]);
             world_from_node.push(parent * transform.to_affine());
         }
         Pose { world_from_node, weights, lights }

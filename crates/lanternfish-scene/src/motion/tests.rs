@@ -111,6 +111,7 @@ fn moving() -> Scene {
             cameras: vec![Bound { index: 0, node: 1, node_from_object: Affine3A::IDENTITY }],
             lights: vec![BoundLight { index: 0, node: 1, light: lamp }],
             meshes: vec![DeformedMesh { mesh: 1, node: 2, skin: Some(0) }],
+            ..Motion::default()
         },
         ..Scene::default()
     };
@@ -137,6 +138,10 @@ fn objects_attached_to_a_node_move_with_it() {
     assert!(near(rotated, Vec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0)), "{rotated}");
     assert!(near(scene.cameras[0].eye(), child), "{}", scene.cameras[0].eye());
     assert!(near(scene.lights[0].position, child));
+    let mut upright = scene.clone();
+    upright.motion.world_from_roots = Affine3A::from_rotation_x(-FRAC_PI_2);
+    upright.pose(0, 1.0);
+    assert!(near(upright.cameras[0].eye(), Vec3::new(child.x, child.z, -child.y)));
     // Areas scale with their node.
     assert!(
         (scene.lights[0].area().unwrap() / Light::disk(Vec3::ZERO, Vec3::Z, 0.5, Vec3::ONE).area().unwrap() - 1.0)

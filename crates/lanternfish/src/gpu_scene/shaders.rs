@@ -108,7 +108,7 @@ gpu_struct! {
         iridescence: f32,
         /// Index of refraction of the film.
         iridescence_ior: f32,
-        /// Thickness of the film, nm.
+        /// Thickness of the film, nm; the greatest, if there is a map of it.
         iridescence_thickness: f32,
         /// Index of refraction of the volume below the surface; 1: light passes straight.
         ior: f32,
@@ -123,8 +123,8 @@ gpu_struct! {
         dispersion: f32,
         /// Albedo of the light that is scattered through.
         diffuse_transmission_color: Vec3,
-        /// Unused.
-        _pad0: f32,
+        /// Least thickness of the film, nm, if there is a map of it.
+        iridescence_thickness_minimum: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -143,12 +143,12 @@ gpu_struct! {
         diffuse_transmission_map: TextureSlot,
         /// sRGB.
         diffuse_transmission_color_map: TextureSlot,
+        /// Linear of a coat; sRGB and alpha of sheen.
+        coat_or_sheen_map: TextureSlot,
         /// Linear.
-        coat_map: TextureSlot,
+        coat_roughness_or_grain_map: TextureSlot,
         /// Linear.
-        coat_roughness_map: TextureSlot,
-        /// Linear.
-        coat_normal_map: TextureSlot,
+        coat_normal_or_film_map: TextureSlot,
     }
 }
 
@@ -177,6 +177,11 @@ gpu_constants! {
     /// There is a map of each of these.
     pub const DIFFUSE_TRANSMISSION_MAPPED: u32 = 8192;
     pub const DIFFUSE_TRANSMISSION_COLOR_MAPPED: u32 = 16384;
+    pub const SHEEN_COLOR_MAPPED: u32 = 32768;
+    pub const SHEEN_ROUGHNESS_MAPPED: u32 = 65536;
+    pub const GRAIN_MAPPED: u32 = 131072;
+    pub const FILM_MAPPED: u32 = 262144;
+    pub const FILM_THICKNESS_MAPPED: u32 = 524288;
 }
 
 gpu_struct! {

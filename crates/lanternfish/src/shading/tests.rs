@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
@@ -10,7 +10,9 @@ use lanternfish_reference::{
     layers::{Coat, Sheen, ThinFilm},
     reflector,
 };
-use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Texture, TextureRef, linear_from_srgb};
+use lanternfish_scene::{
+    Camera, Filter, Image, Light, Material, Projection, Sampler, Texture, TextureRef, linear_from_srgb,
+};
 
 use crate::{
     Renderer, Settings,
@@ -195,7 +197,7 @@ fn the_fit_of_the_albedo_of_sheen_is_close() {
     }
 }
 
-/// A texture of a uniform colour equals the same values as factors, in the renderer and in the path tracer.
+/// A texture whose right half has a uniform colour equals the same values as factors there, in the renderer and in the path tracer.
 #[gpu_test]
 fn gpu_textures_of_layers_scale_their_factors(gpu: &Gpu) {
     let texel = [51, 102, 153, 204];
@@ -204,8 +206,13 @@ fn gpu_textures_of_layers_scale_their_factors(gpu: &Gpu) {
     let usual = Material { base_color, metallic: 0.0, perceptual_roughness: 0.5, ..Material::default() };
     let coated = Material { clearcoat: 1.0, clearcoat_roughness: 0.6, ..usual.clone() };
     let glass = Material { transmission: 1.0, ..usual.clone() };
+    let fibres = Material { sheen_color: Vec3::ONE, sheen_roughness: 1.0, ..usual.clone() };
+    let brushed = Material { anisotropy: 1.0, anisotropy_rotation: 0.3, metallic: 1.0, ..usual.clone() };
+    let filmy = Material { iridescence: 1.0, iridescence_ior: 1.8, metallic: 1.0, ..usual.clone() };
+    // The direction in red and green, of strength blue.
+    let along = 0.6 * Vec2::new(-0.6, -0.2);
     type Put = fn(&mut Material, Option<TextureRef>);
-    let textures: [(&str, &Material, Put, Material); 5] = [
+    let textures: [(&str, &Material, Put, Material); 10] = [
         ("specular", &usual, |m, t| m.specular_texture = t, Material { specular: 0.8, ..usual.clone() }),
         ("its colour", &usual, |m, t| m.specular_color_texture = t, Material { specular_color: tint, ..usual.clone() }),
         ("transmission", &glass, |m, t| m.transmission_texture = t, Material { transmission: 0.2, ..glass.clone() }),
@@ -216,37 +223,62 @@ fn gpu_textures_of_layers_scale_their_factors(gpu: &Gpu) {
             |m, t| m.clearcoat_roughness_texture = t,
             Material { clearcoat_roughness: 0.6 * 0.4, ..coated.clone() },
         ),
+        ("sheen", &fibres, |m, t| m.sheen_color_texture = t, Material { sheen_color: tint, ..fibres.clone() }),
+        (
+            "its roughness",
+            &fibres,
+            |m, t| m.sheen_roughness_texture = t,
+            Material { sheen_roughness: 0.8, ..fibres.clone() },
+        ),
+        (
+            "grain",
+            &brushed,
+            |m, t| m.anisotropy_texture = t,
+            Material { anisotropy: along.length(), anisotropy_rotation: 0.3 + along.to_angle(), ..brushed.clone() },
+        ),
+        ("film", &filmy, |m, t| m.iridescence_texture = t, Material { iridescence: 0.2, ..filmy.clone() }),
+        (
+            "its thickness",
+            &filmy,
+            |m, t| m.iridescence_thickness_texture = t,
+            Material { iridescence_thickness: 100.0 + 0.4 * 300.0, ..filmy.clone() },
+        ),
     ];
     let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
     let scene = |material: &Material| {
         let lamp = Material { emissive: Vec3::splat(3.0), base_color: Vec4::W, ..Material::default() };
         let (sheet, behind) = (quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), quad(1, -Vec3::Z, 4.0 * Vec3::X, 4.0 * Vec3::Y));
         let mut scene = apart(&scene_of(vec![sheet, behind], vec![material.clone(), lamp]));
-        scene.lights.push(Light::directional(Vec3::new(0.1, 0.05, -1.0), Vec3::splat(3.0)));
-        scene.images.push(Image { name: String::new(), width: 1, height: 1, rgba: texel.to_vec() });
-        scene.samplers.push(Sampler::default());
+        // A highlight, and sheen, which needs grazing light.
+        for direction in [Vec3::new(0.1, 0.05, -1.0), Vec3::new(1.0, 0.3, -0.3)] {
+            scene.lights.push(Light::directional(direction, Vec3::splat(3.0)));
+        }
+        scene.images.push(Image { name: String::new(), width: 2, height: 1, rgba: [[255; 4], texel].concat() });
+        scene.samplers.push(Sampler { mag: Filter::Nearest, min: Filter::Nearest, ..Sampler::default() });
         scene.textures.push(Texture { image: 0, sampler: 0 });
         scene
     };
     let rendered = |material: &Material| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
         let uploaded = renderer.upload(&scene(material)).unwrap();
-        Vec4::from(renderer.render(&uploaded, &camera, [9, 9]).unwrap().radiance[40]).truncate()
+        let radiance = renderer.render(&uploaded, &camera, [9, 9]).unwrap().radiance;
+        [38, 42].map(|pixel| Vec4::from(radiance[pixel]).truncate())
     };
     let traced = |material: &Material| {
-        let mut film = Film::new([1, 1]).unwrap();
+        let mut film = Film::new([9, 9]).unwrap();
         let settings = TracerSettings { max_depth: 2, ..TracerSettings::default() };
-        Tracer::new(&scene(material), settings).unwrap().render(&camera, &mut film, 256);
-        Vec3::from(film.mean()[0])
+        Tracer::new(&scene(material), settings).unwrap().render(&camera, &mut film, 64);
+        [38, 42].map(|pixel| Vec3::from(film.mean()[pixel]))
     };
     for (name, plain, put, factor) in textures {
         let mut mapped = plain.clone();
         put(&mut mapped, Some(TextureRef::new(0)));
-        for (who, of) in [("rendered", &rendered as &dyn Fn(&Material) -> Vec3), ("traced", &traced)] {
-            let [plain, mapped, factor] = [plain, &mapped, &factor].map(of);
+        for (who, of) in [("rendered", &rendered as &dyn Fn(&Material) -> [Vec3; 2]), ("traced", &traced)] {
+            let [[_, plain], [left, mapped], [_, factor]] = [plain, &mapped, &factor].map(of);
             println!("{name}, {who}: {mapped}, by factor {factor}, without {plain}");
             let apart = |other: Vec3| (mapped - other).abs().max_element() / other.max_element();
             assert!(apart(factor) < 3e-3 && apart(plain) > 0.01, "{name}, {who}: {mapped}, not {factor}; was {plain}");
+            assert!(apart(left) > 0.01, "{name}, {who}: {mapped}, at the left {left}");
         }
     }
 }

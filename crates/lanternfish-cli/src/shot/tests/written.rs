@@ -32,7 +32,7 @@ fn shots_of_earlier_programs_are_what_their_flags_were() {
         assert_eq!(read.path.is_some(), name == "track");
     }
     // These would need a file of many scenes, open a window, or stand for other keys.
-    let left_out = ["open", "scene", "variant", "camera", "animation", "as"];
+    let left_out = ["open", "scene", "variant", "up", "camera", "animation", "as"];
     let keys: Vec<_> = keys().into_iter().map(|key| key.name).collect();
     let missing: Vec<_> = keys.iter().filter(|key| !given.contains(*key)).collect();
     assert!(missing.iter().all(|key| left_out.contains(&key.as_str())), "{missing:?}");

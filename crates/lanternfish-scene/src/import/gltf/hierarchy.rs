@@ -22,7 +22,7 @@ pub(super) struct Placed<'a> {
 /// The nodes of `scene` (`None`: all nodes), parents before children, in the file's order.
 ///
 /// An error if the nodes of the file do not form a set of trees.
-pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Placed<'a>>> {
+pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>, world_from_roots: Affine3A) -> Result<Vec<Placed<'a>>> {
     let has_parent = check_trees(root)?;
     let roots = match scene {
         Some(scene) => item(&root.scenes, scene, "scenes")?.nodes.clone(),
@@ -40,7 +40,7 @@ pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Pl
     }
     // An explicit stack: recursion on a deep tree could overflow the call stack.
     let mut placed = Vec::new();
-    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY, true, 0)).collect();
+    let mut pending: Vec<_> = roots.iter().rev().map(|root| (*root, world_from_roots, true, 0)).collect();
     while let Some((index, world_from_parent, is_parent_visible, inherited)) = pending.pop() {
         let node = &root.nodes[index];
         let world_from_node = world_from_parent * transform_of(node).to_affine();

@@ -1,15 +1,15 @@
-//! Sheen, anisotropy and iridescence. Their textures are not sampled: each factor is multiplied by its texture's mean.
+//! Sheen, anisotropy and iridescence. A factor is multiplied by its texture's mean where renderers have no place for the texture.
 
 use glam::{Vec2, Vec3, Vec4};
 
 use super::fault::Result;
 use super::notes::Notes;
-use super::schema::{Iridescence, MaterialExtensions, Root, TextureInfo};
+use super::schema::{MaterialExtensions, Root, TextureInfo};
 use super::textures::Textures;
 use crate::{Image, Material, linear_from_srgb};
 
 /// Applies a mean texel to a material.
-type Apply = Box<dyn Fn(&mut Material, Vec4)>;
+type Apply = fn(&mut Material, Vec4);
 
 /// The mean of a texture to be applied to a material.
 pub(super) struct Mean {
@@ -52,7 +52,24 @@ fn mean_of(image: &Image, is_srgb: bool) -> Vec4 {
     }))
 }
 
-/// Applies the extensions to `material`, whose index in the scene is `index`.
+/// For each of [`Material::layer_textures`] whether it is sRGB-encoded, and what its mean does.
+const MEANS: [(bool, Apply); 5] = [
+    (true, |material, texel| material.sheen_color *= texel.truncate()),
+    (false, |material, texel| material.sheen_roughness *= texel.w),
+    (false, |material, texel| {
+        // Red and green are the direction, in -1..=1; directions that differ weaken their mean.
+        let along = 2.0 * Vec2::new(texel.x, texel.y) - 1.0;
+        material.anisotropy *= (texel.z * along.length()).min(1.0);
+        material.anisotropy_rotation += if along == Vec2::ZERO { 0.0 } else { along.to_angle() };
+    }),
+    (false, |material, texel| material.iridescence *= texel.x),
+    (false, |material, texel| {
+        let [least, most] = [material.iridescence_thickness_minimum, material.iridescence_thickness];
+        material.iridescence_thickness = least + (most - least) * texel.y;
+    }),
+];
+
+/// Applies the extensions to `material`, which has its clear coat, and whose index in the scene is `index`.
 pub(super) fn apply(
     root: &Root,
     extensions: &MaterialExtensions,
@@ -60,56 +77,49 @@ pub(super) fn apply(
     textures: &mut Textures,
     notes: &mut Notes,
 ) -> Result<()> {
-    let mut mean = |info: &Option<TextureInfo>, is_srgb, apply: Apply| -> Result<()> {
-        let Some(info) = info else { return Ok(()) };
-        if let Some(reference) = textures.add(root, info, notes)? {
-            notes.add("details of textures of sheen, anisotropy and iridescence, whose means are used");
-            textures.means.push(Mean { material: index, texture: reference.texture, is_srgb, apply });
-        }
-        Ok(())
+    let mut texture = |info: &Option<TextureInfo>| match info {
+        Some(info) => textures.add(root, info, notes),
+        None => Ok(None),
     };
     if let Some(sheen) = &extensions.sheen
         && let color = Vec3::from(sheen.sheen_color_factor).clamp(Vec3::ZERO, Vec3::ONE)
         && color != Vec3::ZERO
     {
         (material.sheen_color, material.sheen_roughness) = (color, sheen.sheen_roughness_factor.clamp(0.0, 1.0));
-        mean(&sheen.sheen_color_texture, true, Box::new(|material, texel| material.sheen_color *= texel.truncate()))?;
-        mean(&sheen.sheen_roughness_texture, false, Box::new(|material, texel| material.sheen_roughness *= texel.w))?;
+        material.sheen_color_texture = texture(&sheen.sheen_color_texture)?;
+        material.sheen_roughness_texture = texture(&sheen.sheen_roughness_texture)?;
     }
     if let Some(grain) = &extensions.anisotropy
         && let strength = grain.anisotropy_strength.clamp(0.0, 1.0)
         && strength > 0.0
     {
         (material.anisotropy, material.anisotropy_rotation) = (strength, finite(grain.anisotropy_rotation));
-        let turn = |material: &mut Material, texel: Vec4| {
-            // Red and green are the direction, in -1..=1; directions that differ weaken their mean.
-            let along = 2.0 * Vec2::new(texel.x, texel.y) - 1.0;
-            material.anisotropy *= (texel.z * along.length()).min(1.0);
-            material.anisotropy_rotation += if along == Vec2::ZERO { 0.0 } else { along.to_angle() };
-        };
-        mean(&grain.anisotropy_texture, false, Box::new(turn))?;
+        material.anisotropy_texture = texture(&grain.anisotropy_texture)?;
     }
     if let Some(film) = &extensions.iridescence
         && let factor = film.iridescence_factor.clamp(0.0, 1.0)
         && factor > 0.0
     {
-        let [least, most] = thicknesses(film);
+        let thickness = |nm: Option<f32>, otherwise: f32| finite(nm.unwrap_or(otherwise)).clamp(0.0, 1e6);
         material.iridescence = factor;
+        material.iridescence_texture = texture(&film.iridescence_texture)?;
         material.iridescence_ior = film.iridescence_ior.unwrap_or(1.3).clamp(1.0, 10.0);
-        material.iridescence_thickness = most;
-        mean(&film.iridescence_texture, false, Box::new(|material, texel| material.iridescence *= texel.x))?;
-        let thickness = move |material: &mut Material, texel: Vec4| {
-            material.iridescence_thickness = least + (most - least) * texel.y;
-        };
-        mean(&film.iridescence_thickness_texture, false, Box::new(thickness))?;
+        material.iridescence_thickness = thickness(film.iridescence_thickness_maximum, 400.0);
+        material.iridescence_thickness_minimum = thickness(film.iridescence_thickness_minimum, 100.0);
+        material.iridescence_thickness_texture = texture(&film.iridescence_thickness_texture)?;
+    }
+    let sampled = material.layer_textures();
+    let [.., sheen_color, sheen_roughness, grain, film, film_thickness] = material.texture_slots();
+    let slots = [sheen_color, sheen_roughness, grain, film, film_thickness];
+    for ((slot, sampled), (is_srgb, apply)) in slots.into_iter().zip(sampled).zip(MEANS) {
+        if sampled.is_none()
+            && let Some(reference) = slot.take()
+        {
+            notes.add("details of textures of sheen, anisotropy and iridescence, whose means are used");
+            textures.means.push(Mean { material: index, texture: reference.texture, is_srgb, apply });
+        }
     }
     Ok(())
-}
-
-/// Smallest and greatest thickness of a film, nm.
-fn thicknesses(film: &Iridescence) -> [f32; 2] {
-    [film.iridescence_thickness_minimum.unwrap_or(100.0), film.iridescence_thickness_maximum.unwrap_or(400.0)]
-        .map(|nm| finite(nm).clamp(0.0, 1e6))
 }
 
 fn finite(value: f32) -> f32 {

@@ -67,7 +67,7 @@ fn read_material(
     if let Some(source) = &material.extensions.specular_glossiness
         && (material.pbr_metallic_roughness.is_none() || is_required(root, "KHR_materials_pbrSpecularGlossiness"))
     {
-        surface::convert(root, source, &mut read, textures, notes)?;
+        surface::convert(root, source, (kept, &mut read), textures, notes)?;
     }
     // Unlit materials have no other extensions.
     if !read.unlit {

@@ -22,6 +22,7 @@ mod deformation;
 mod draco;
 mod extensions;
 mod fault;
+mod glossiness;
 mod hierarchy;
 mod images;
 mod instancing;
@@ -79,7 +80,9 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Sc
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
     let file = files.scene(path)?;
-    read(&file, path, options, &files).map_err(|fault| fault.at(path))
+    let mut scene = read(&file, path, options, &files).map_err(|fault| fault.at(path))?;
+    scene.motion.world_from_roots = options.up.world_from_file();
+    Ok(scene)
 }
 
 /// Reads the content of a file; `path` names the scene.
@@ -90,7 +93,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
     let scene = scenes::select(&root, options.scene.as_deref())?;
     let variant = variants::select(&root, options.variant.as_deref())?;
     let buffers = Buffers::load(&root, parts.bin, files)?;
-    let nodes = hierarchy::resolve(&root, scene)?;
+    let nodes = hierarchy::resolve(&root, scene, options.up.world_from_file())?;
     let used = Used::find(&root, &nodes, variant)?;
 
     let mut notes = Notes::default();
@@ -108,7 +111,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions, files: &Files) -> Resul
         || meshes::read_all(&accessors, &nodes, &used, &materials, files.budget, &mut notes),
     );
     let meshes = meshes?;
-    let images = textures.keep_readable(images?, &mut materials, &mut notes);
+    let images = textures.keep_readable(images?, &mut materials, files.budget, &mut notes)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         meshes,

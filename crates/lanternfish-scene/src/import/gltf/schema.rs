@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 pub(super) use self::material::{
-    Iridescence, Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
+    Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
 };
 pub(super) use self::motion::{Animation, AnimationSampler, AnimationTarget, Skin};
 use self::variants::{VariantMappings, Variants};

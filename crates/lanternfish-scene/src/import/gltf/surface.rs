@@ -3,10 +3,11 @@
 use glam::{Vec3, Vec4};
 
 use super::fault::Result;
+use super::glossiness::Glossy;
 use super::notes::Notes;
 use super::schema::{MaterialExtensions, Root, SpecularGlossiness, TextureInfo};
 use super::textures::Textures;
-use crate::Material;
+use crate::{Material, TextureRef};
 
 /// Reflectance at normal incidence of a dielectric with IOR 1.5, which `specular_color` multiplies.
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
@@ -92,12 +93,12 @@ pub(super) fn apply(
 /// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse becomes the
 /// base colour, and specular the reflectance at normal incidence.
 ///
-/// The specular-glossiness texture is not read. The factors have no meaning without it: if there is one, the
-/// reflectance stays that of glass, and the glossiness is halved.
+/// With a specular-glossiness texture the surface is converted when the texture is decoded ([`Glossy`]). The factors have no
+/// meaning without it: until then the reflectance is that of glass, and the glossiness is halved.
 pub(super) fn convert(
     root: &Root,
     source: &SpecularGlossiness,
-    material: &mut Material,
+    (index, material): (usize, &mut Material),
     textures: &mut Textures,
     notes: &mut Notes,
 ) -> Result<()> {
@@ -110,12 +111,19 @@ pub(super) fn convert(
     material.metallic = 0.0;
     material.metallic_roughness_texture = None;
     let glossiness = source.glossiness_factor.unwrap_or(1.0).clamp(0.0, 1.0);
+    let specular = source.specular_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
     if source.specular_glossiness_texture.is_some() {
-        notes.add("specular-glossiness textures");
         material.perceptual_roughness = 1.0 - 0.5 * glossiness;
+        let Some(texture) = texture(source.specular_glossiness_texture.as_ref())? else { return Ok(()) };
+        let is_beside = |other: TextureRef| TextureRef { texture: other.texture, ..texture } == other;
+        if material.base_color_texture.is_none_or(is_beside) {
+            let diffuse = material.base_color.truncate();
+            textures.glossy.push(Glossy { material: index, texture, diffuse, specular, glossiness });
+        } else {
+            notes.add("specular-glossiness textures that are placed otherwise than the diffuse ones");
+        }
         return Ok(());
     }
-    let specular = source.specular_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
     material.perceptual_roughness = 1.0 - glossiness;
     material.specular_color = specular / DIELECTRIC_REFLECTANCE;
     // Energy conservation as in the extension: reflected light is not scattered diffusely.

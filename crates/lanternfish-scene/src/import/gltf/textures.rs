@@ -1,8 +1,10 @@
 //! Import of textures, samplers and the materials' references to them.
 
-use glam::{Affine2, Mat2, Vec2};
+use glam::{Affine2, Mat2, Vec2, Vec3};
+use lanternfish_limits::memory::Budget;
 
 use super::fault::{Place, Result, invalid, item};
+use super::glossiness::Glossy;
 use super::lobes::Mean;
 use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
@@ -23,12 +25,21 @@ pub(super) struct Textures {
     pub images: Vec<usize>,
     /// Textures of which materials need the mean alone.
     pub means: Vec<Mean>,
+    /// Materials whose textures become others.
+    pub glossy: Vec<Glossy>,
 }
 
 impl Textures {
     /// No textures yet. `first_images`: for each of the file's images the first one of the same bytes.
     pub fn new(first_images: Vec<usize>) -> Self {
-        Self { first_images, textures: Vec::new(), samplers: Vec::new(), images: Vec::new(), means: Vec::new() }
+        Self {
+            first_images,
+            textures: Vec::new(),
+            samplers: Vec::new(),
+            images: Vec::new(),
+            means: Vec::new(),
+            glossy: Vec::new(),
+        }
     }
 
     /// Adds a texture that a material refers to. `None`, with a note, for an unsupported texture: its image is in the
@@ -68,18 +79,35 @@ impl Textures {
         Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
     }
 
-    /// Applies the means, and removes the materials' references to images that could not be read, with a note for each. Returns the images, with one
+    /// Applies the means, converts specular-glossiness textures, and removes the materials' references to images that could not be read, with a note for each. Returns the images, with one
     /// white pixel instead of these and of those of which only the mean is used.
     pub fn keep_readable(
-        &self,
-        images: Vec<std::result::Result<Image, String>>,
+        &mut self,
+        mut images: Vec<std::result::Result<Image, String>>,
         materials: &mut [Material],
+        budget: &Budget,
         notes: &mut Notes,
-    ) -> Vec<Image> {
+    ) -> Result<Vec<Image>> {
         for mean in &self.means {
             if let Ok(image) = &images[self.textures[mean.texture()].image] {
                 mean.apply(materials, image);
             }
+        }
+        for glossy in std::mem::take(&mut self.glossy) {
+            let image = |used: TextureRef| images[self.textures[used.texture].image].as_ref().ok();
+            let material = &mut materials[glossy.material];
+            let diffuse = material.base_color_texture.and_then(image);
+            let Some(specular) = image(glossy.texture) else { continue };
+            budget.take(Glossy::bytes_needed(diffuse, specular), || "converted textures need".to_owned())?;
+            let sampler = self.textures[glossy.texture.texture].sampler;
+            let [color, roughness] = glossy.convert(diffuse, specular).map(|converted| {
+                images.push(Ok(converted));
+                self.textures.push(Texture { image: images.len() - 1, sampler });
+                Some(TextureRef { texture: self.textures.len() - 1, ..glossy.texture })
+            });
+            (material.base_color_texture, material.metallic_roughness_texture) = (color, roughness);
+            material.base_color = Vec3::ONE.extend(material.base_color.w);
+            (material.metallic, material.perceptual_roughness) = (1.0, 1.0);
         }
         let mut is_sampled = vec![false; images.len()];
         for slot in materials.iter_mut().flat_map(Material::texture_slots) {
@@ -95,7 +123,7 @@ impl Textures {
                 white()
             }
         };
-        images.into_iter().enumerate().map(keep).collect()
+        Ok(images.into_iter().enumerate().map(keep).collect())
     }
 
     fn sampler(&mut self, root: &Root, texture: &schema::Texture, notes: &mut Notes) -> Result<usize> {

@@ -36,7 +36,9 @@ const MOST_NAMES: usize = 8;
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let budget = options.budget();
     let files = Files::beside(path, options, &budget)?;
-    read(&files.scene(path)?, path, &files)
+    let mut scene = read(&files.scene(path)?, path, &files)?;
+    scene.instances.iter_mut().for_each(|instance| instance.world_from_object = options.up.world_from_file());
+    Ok(scene)
 }
 
 /// Reads the content of a file; `path` names the scene.
@@ -49,16 +51,30 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     take_text(3 * file.len() as u64)?;
     let text = String::from_utf8_lossy(file);
     take_text(clean::MOST_GROWTH * text.len() as u64)?;
-    let plain = clean::clean(&text, &mut notes).map_err(invalid)?;
+    let mut plain = clean::clean(&text, &mut notes).map_err(invalid)?;
+    let own = path.with_extension("mtl").file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if !plain.materials.is_empty() && !plain.text.contains("mtllib ") && files.path(Path::new(&own)).is_file() {
+        plain.text.insert_str(0, &format!("mtllib {own}\n"));
+        notes.insert(format!("it names no MTL file; {own} is read"));
+    }
     files.budget.take(plain.bytes_needed(), || format!("{} triangles need", plain.triangles)).map_err(too_much)?;
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
     let (missing, mut garbled) = (RefCell::new(Notes::new()), RefCell::new(Notes::new()));
     let refused = Cell::new(None);
+    let library = |name: &str| {
+        let bytes = files.named(Path::new(name))?;
+        let need = materials::bytes_needed(&bytes);
+        Ok(files.budget.take(need, || format!("the materials of {name} need")).map(|()| bytes)?)
+    };
     let read_library = |name: &Path| {
         let name = name.to_string_lossy().replace('\\', "/");
-        let bytes = files.named(Path::new(&name)).and_then(|bytes| {
-            let need = materials::bytes_needed(&bytes);
-            Ok(files.budget.take(need, || format!("the materials of {name} need")).map(|()| bytes)?)
+        let bytes = library(&name).or_else(|error| match (error, library(&own)) {
+            (FileError::Io(error), Ok(bytes)) => {
+                garbled.borrow_mut().insert(format!("{name}: {error}; {own} is read instead"));
+                Ok(bytes)
+            }
+            (FileError::Io(_), Err(FileError::TooMuch(need))) => Err(need.into()),
+            (error, _) => Err(error),
         });
         match bytes {
             Ok(bytes) => {
@@ -66,7 +82,9 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
                 return tobj::load_mtl_buf(&mut text.as_bytes());
             }
             Err(FileError::TooMuch(need)) => refused.set(Some(need)),
-            Err(error) => drop(missing.borrow_mut().insert(format!("{name}: {error}; its materials become grey"))),
+            Err(error) => {
+                missing.borrow_mut().insert(format!("{name}: {error}; surfaces become white, of albedo 0.8"));
+            }
         }
         Err(tobj::LoadError::OpenFileFailed)
     };
@@ -117,7 +135,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
 /// Adds warnings about materials that no library defines.
 fn note_unknown(names: &[&String], notes: &mut Notes) {
     for name in names.iter().take(MOST_NAMES) {
-        notes.insert(format!("usemtl {name}: there is no such material; its faces become grey"));
+        notes.insert(format!("usemtl {name}: there is no such material; its faces become white, of albedo 0.8"));
     }
     if names.len() > MOST_NAMES {
         notes.insert(format!("usemtl: and {} more materials that do not exist", names.len() - MOST_NAMES));

@@ -150,7 +150,14 @@ fn missing_files_are_left_out() {
     let scene = with_material("newmtl a\nmap_Kd none.png\nmap_d broken.png\n", &[("broken.png", b"no image")]);
     assert!(scene.textures.is_empty() && scene.materials[0].alpha_mode == AlphaMode::Opaque);
     let scene = obj(&format!("mtllib none.mtl\n{SQUARE}usemtl a\nf 1 2 3\n"));
-    assert_eq!(scene.materials[0].metallic, 0.0);
+    assert_eq!((scene.materials[0].metallic, scene.materials[0].base_color.x), (0.0, 0.8));
+    // The library of the file's own name is read instead of a missing one.
+    for (library, green) in [("mtllib none.mtl\n", 1.0), ("", 1.0), ("mtllib there.mtl\n", 0.5)] {
+        let text = format!("{library}{SQUARE}usemtl a\nf 1 2 3\n");
+        let libraries = [("test.mtl", &b"newmtl a\nKd 0 1 0\n"[..]), ("there.mtl", b"newmtl a\nKd 0 0.5 0\n")];
+        let scene = read(&[&[("test.obj", text.as_bytes())][..], &libraries].concat()).unwrap();
+        assert_eq!(scene.materials[0].base_color, Vec4::new(0.0, green, 0.0, 1.0), "{library}");
+    }
     assert!(obj("").meshes.is_empty() && obj("# nothing\nv 0 0 0\n").instances.is_empty());
 }
 
@@ -200,7 +207,7 @@ fn unreadable_material_values_are_noted() {
 #[test]
 fn unknown_materials_beyond_the_limit_are_counted() {
     let names: Vec<String> = (0..11).map(|i| format!("m{i:02}")).collect();
-    for (count, last) in [(8, "usemtl m07: there is no such material; its faces become grey"), (11, "and 3 more")] {
+    for (count, last) in [(8, "usemtl m07: there is no such material; its faces become white"), (11, "and 3 more")] {
         let mut notes = super::Notes::new();
         super::note_unknown(&names.iter().take(count).collect::<Vec<_>>(), &mut notes);
         assert_eq!(notes.len(), 8 + usize::from(count > 8));

@@ -167,6 +167,7 @@ fn fixed(material: &Material) -> Material {
         iridescence: usual.iridescence,
         iridescence_ior: usual.iridescence_ior,
         iridescence_thickness: usual.iridescence_thickness,
+        iridescence_thickness_minimum: usual.iridescence_thickness_minimum,
         dispersion: usual.dispersion,
         unlit: usual.unlit,
         ..material.clone()

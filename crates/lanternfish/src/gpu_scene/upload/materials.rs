@@ -7,8 +7,9 @@ use lanternfish_scene::{AlphaMode, Scene, TextureRef};
 use super::{
     super::shaders::{
         BASE_COLOR_MAPPED, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED, DIFFUSE_TRANSMISSION_COLOR_MAPPED,
-        DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
-        SCATTERS_THROUGH, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED, TextureSlot, UNLIT,
+        DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, FILM_MAPPED, FILM_THICKNESS_MAPPED, GRAIN_MAPPED, LAMBERT,
+        METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED, SCATTERS_THROUGH, SHEEN_COLOR_MAPPED,
+        SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED, TextureSlot, UNLIT,
     },
     lobes::{MaterialStorage, Shading},
     textures::Textures,
@@ -139,6 +140,7 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
     };
     let scatters_from_behind = file && material.scatters_from_behind();
     let iors = material.channel_iors();
+    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
     Material {
         base_color: material.base_color,
         emissive: material.emissive / light_unit,
@@ -162,6 +164,11 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             | flag(file && material.clearcoat_texture.is_some(), COAT_MAPPED)
             | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED)
             | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
+            | flag(file && sheen_color.is_some(), SHEEN_COLOR_MAPPED)
+            | flag(file && sheen_roughness.is_some(), SHEEN_ROUGHNESS_MAPPED)
+            | flag(file && grain.is_some(), GRAIN_MAPPED)
+            | flag(file && film.is_some(), FILM_MAPPED)
+            | flag(file && film_thickness.is_some(), FILM_THICKNESS_MAPPED)
             | flag(file && scatters_through(material), SCATTERS_THROUGH)
             | flag(
                 scatters_from_behind && material.diffuse_transmission_texture.is_some(),
@@ -186,7 +193,7 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
         absorption: absorption(material),
         dispersion: if material.thickness > 0.0 { iors[2] - iors[1] } else { 0.0 },
         diffuse_transmission_color: material.diffuse_transmission_color,
-        _pad0: 0.0,
+        iridescence_thickness_minimum: material.iridescence_thickness_minimum,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
@@ -196,9 +203,12 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
         transmission_map: slot(&material.transmission_texture, false),
         diffuse_transmission_map: slot(&material.diffuse_transmission_texture, false),
         diffuse_transmission_color_map: slot(&material.diffuse_transmission_color_texture, true),
-        coat_map: slot(&material.clearcoat_texture, false),
-        coat_roughness_map: slot(&material.clearcoat_roughness_texture, false),
-        coat_normal_map: slot(&material.clearcoat_normal_texture, false),
+        coat_or_sheen_map: match sheen_color.or(sheen_roughness) {
+            None => slot(&material.clearcoat_texture, false),
+            sheen => slot(&sheen, true),
+        },
+        coat_roughness_or_grain_map: slot(&material.clearcoat_roughness_texture.or(grain), false),
+        coat_normal_or_film_map: slot(&material.clearcoat_normal_texture.or(film).or(film_thickness), false),
     }
 }
 

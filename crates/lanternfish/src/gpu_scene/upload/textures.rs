@@ -28,9 +28,9 @@ const NAMES: [(&str, &str); MAPS] = [
     ("transmission_texture", "transmission_sampler"),
     ("diffuse_transmission_texture", "diffuse_transmission_sampler"),
     ("diffuse_transmission_color_texture", "diffuse_transmission_color_sampler"),
-    ("coat_texture", "coat_sampler"),
-    ("coat_roughness_texture", "coat_roughness_sampler"),
-    ("coat_normal_texture", "coat_normal_sampler"),
+    ("coat_or_sheen_texture", "coat_or_sheen_sampler"),
+    ("coat_roughness_or_grain_texture", "coat_roughness_or_grain_sampler"),
+    ("coat_normal_or_film_texture", "coat_normal_or_film_sampler"),
 ];
 /// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a software adapter maps
 /// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
@@ -61,22 +61,24 @@ pub struct Textures {
 }
 
 /// The textures of a material that are shaded, and whether they are sRGB-encoded.
-fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m TextureRef>, bool); MAPS] {
+fn references(material: &Material, shading: Shading) -> [(Option<TextureRef>, bool); MAPS] {
     let file = shading == Shading::File;
-    let of_file = |texture: &'m Option<TextureRef>| texture.as_ref().filter(|_| file);
+    let of_file = |texture: &Option<TextureRef>| texture.filter(|_| file);
+    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+    let sheen = sheen_color.or(sheen_roughness);
     [
-        (material.base_color_texture.as_ref(), true),
+        (material.base_color_texture, true),
         (of_file(&material.metallic_roughness_texture), false),
         (of_file(&material.normal_texture), false),
-        (material.emissive_texture.as_ref(), true),
+        (material.emissive_texture, true),
         (of_file(&material.specular_texture), false),
         (of_file(&material.specular_color_texture), true),
         (of_file(&material.transmission_texture), false),
         (of_file(&material.diffuse_transmission_texture), false),
         (of_file(&material.diffuse_transmission_color_texture), true),
-        (of_file(&material.clearcoat_texture), false),
-        (of_file(&material.clearcoat_roughness_texture), false),
-        (of_file(&material.clearcoat_normal_texture), false),
+        (of_file(&sheen.or(material.clearcoat_texture)), sheen.is_some()),
+        (of_file(&material.clearcoat_roughness_texture.or(grain)), false),
+        (of_file(&material.clearcoat_normal_texture.or(film).or(film_thickness)), false),
     ]
 }
 
@@ -135,7 +137,7 @@ impl Textures {
         if samplers.is_empty() {
             samplers.push(sampler(device, &Default::default(), anisotropy));
         }
-        let slot = |reference: Option<&TextureRef>, srgb| reference.map_or((0, 0), |r| slots[&(r.texture, srgb)]);
+        let slot = |reference: Option<TextureRef>, srgb| reference.map_or((0, 0), |r| slots[&(r.texture, srgb)]);
         let by_material: Vec<_> = scene
             .materials
             .iter()

@@ -125,6 +125,31 @@ fn specular_and_glossiness_are_converted() {
 }
 
 #[test]
+fn textures_of_specular_and_glossiness_are_converted() {
+    let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
+    let extension = |transform: Value| {
+        json!({ "KHR_materials_pbrSpecularGlossiness": {
+            "diffuseFactor": [1, 1, 1, 0.5], "diffuseTexture": { "index": 0 },
+            "specularGlossinessTexture": { "index": 1, "extensions": { "KHR_texture_transform": transform } },
+        } })
+    };
+    // Green reflects, as a metal; of alpha 128 is half as glossy.
+    file.json["materials"][0] = json!({ "extensions": extension(json!({})) });
+    assert!(warnings(&file).is_empty(), "{:?}", warnings(&file));
+    let scene = file.scene();
+    let read = &scene.materials[0];
+    let texel =
+        |texture: Option<TextureRef>| scene.images[scene.textures[texture.unwrap().texture].image].rgba[..4].to_vec();
+    assert_eq!(texel(read.metallic_roughness_texture)[1..3], [127, 255]);
+    assert_eq!(texel(read.base_color_texture), [0, 255, 0, 255]);
+    assert_eq!((read.base_color.w, read.metallic, read.perceptual_roughness), (0.5, 1.0, 1.0));
+    // Textures in different places are not combined.
+    file.json["materials"][0] = json!({ "extensions": extension(json!({ "scale": [2, 2] })) });
+    assert!(warnings(&file)[0].contains("placed otherwise"), "{:?}", warnings(&file));
+    assert_eq!(file.scene().materials[0].perceptual_roughness, 0.5);
+}
+
+#[test]
 fn textures_of_coats_specular_layers_and_transmission_are_read() {
     let texture = |index: u32| json!({ "index": index });
     let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
@@ -181,7 +206,40 @@ fn diffuse_transmission_is_read_and_clamped() {
 }
 
 #[test]
-fn sheen_grain_and_film_are_read_with_the_means_of_their_textures() {
+fn textures_of_sheen_grain_and_film_are_read_where_a_coat_leaves_a_place() {
+    let texture = |index: u32| json!({ "index": index });
+    let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
+    let layers = json!({
+        "KHR_materials_sheen": {
+            "sheenColorFactor": [0.5, 0.25, 1], "sheenColorTexture": texture(1),
+            "sheenRoughnessFactor": 0.5, "sheenRoughnessTexture": texture(1),
+        },
+        "KHR_materials_anisotropy": { "anisotropyStrength": 0.5, "anisotropyTexture": { "index": 0, "texCoord": 1 } },
+        "KHR_materials_iridescence": {
+            "iridescenceFactor": 0.75, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 600,
+            "iridescenceTexture": texture(1), "iridescenceThicknessTexture": texture(1),
+        },
+    });
+    file.json["materials"][0]["extensions"] = layers.clone();
+    assert!(warnings(&file).is_empty(), "{:?}", warnings(&file));
+    let scene = file.scene();
+    let read = &scene.materials[0];
+    assert_eq!((read.sheen_color, read.sheen_roughness, read.anisotropy), (Vec3::new(0.5, 0.25, 1.0), 0.5, 0.5));
+    assert_eq!((read.iridescence_thickness_minimum, read.iridescence_thickness), (200.0, 600.0));
+    let images =
+        read.layer_textures().map(|reference| scene.images[scene.textures[reference.unwrap().texture].image].rgba[0]);
+    assert_eq!((images, read.tangent_uv_set()), ([0, 0, 255, 0, 0], Some(1)));
+    // A coat's textures have the places of sheen's and of the film's.
+    file.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] =
+        json!({ "clearcoatFactor": 1, "clearcoatTexture": texture(1), "clearcoatNormalTexture": texture(1) });
+    assert!(warnings(&file)[0].contains("whose means are used"), "{:?}", warnings(&file));
+    let read = file.scene().materials.remove(0);
+    assert_eq!(read.layer_textures().map(|reference| reference.is_some()), [false, false, true, false, false]);
+    assert_eq!((read.sheen_color, read.iridescence), (Vec3::new(0.0, 0.25, 0.0), 0.0));
+}
+
+#[test]
+fn sheen_grain_and_film_have_the_means_of_textures_without_a_place() {
     let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
     let extensions = |texture: Value| {
         json!({
@@ -190,6 +248,10 @@ fn sheen_grain_and_film_are_read_with_the_means_of_their_textures() {
                 "sheenRoughnessFactor": 0.5, "sheenRoughnessTexture": texture,
             },
             "KHR_materials_anisotropy": { "anisotropyStrength": 0.5, "anisotropyRotation": 0.25 },
+            "KHR_materials_clearcoat": {
+                "clearcoatFactor": 1, "clearcoatTexture": { "index": 0 },
+                "clearcoatRoughnessTexture": { "index": 0 }, "clearcoatNormalTexture": { "index": 0 },
+            },
             "KHR_materials_iridescence": {
                 "iridescenceFactor": 0.75, "iridescenceIor": 1.8, "iridescenceThicknessMinimum": 200,
                 "iridescenceThicknessMaximum": 600, "iridescenceThicknessTexture": texture,
