@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use lanternfish_gpu::{Feature, Frame, Profiler, read_texture};
 use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Camera;
+use rayon::prelude::*;
 
 use crate::{
     error::RenderError,
@@ -192,35 +193,33 @@ impl Aovs {
     pub const BYTES_PER_PIXEL: u64 = 32 + 4 * (1 + 1 + 3 + 3 + 3 + 2 + 1 + 1);
 
     fn of_texels(scene: &GpuScene, view: &View, identity: &[[u32; 4]], place: &[[f32; 4]]) -> Self {
-        let count = identity.len();
-        let mut aovs = Self {
-            width: view.size.x,
-            height: view.size.y,
-            depth: vec![0.0; count],
-            distance: vec![0.0; count],
-            position: vec![[0.0; 3]; count],
-            normal: vec![[0.0; 3]; count],
-            albedo: vec![[0.0; 3]; count],
-            motion: vec![[0.0; 2]; count],
-            instance: vec![0; count],
-            material: vec![0; count],
+        let (width, height) = view.size.into();
+        // Texels without a surface are 0.
+        let drawn = |texel: &[u32; 4]| Some(scene.geometry.draw_instance(texel[0].checked_sub(1)?));
+        let p_view = |i: usize, depth: f32| {
+            let pixel = DVec2::new(f64::from(i as u32 % width), f64::from(i as u32 / width)) + 0.5;
+            view_from_distance(view, pixel, f64::from(depth))
         };
-        for (i, ([draw_instance, normal, red_green, blue], [depth, x, y, _])) in identity.iter().zip(place).enumerate()
-        {
-            let Some(draw_instance) = draw_instance.checked_sub(1) else { continue };
-            let drawn = scene.geometry.draw_instance(draw_instance);
-            (aovs.instance[i], aovs.material[i]) = (drawn.instance + 1, drawn.material + 1);
-            let pixel = DVec2::new(f64::from(i as u32 % view.size.x), f64::from(i as u32 / view.size.x)) + 0.5;
-            let p_view = view_from_distance(view, pixel, f64::from(*depth));
-            aovs.depth[i] = *depth;
-            aovs.distance[i] = if view.orthographic == 1 { *depth } else { p_view.length() as f32 };
-            aovs.position[i] = view.world_from_view.as_dmat4().transform_point3(p_view).as_vec3().to_array();
-            aovs.normal[i] = unit_from_packed(*normal).to_array();
-            let unorm = |bits: u32| (bits & 0xffff) as f32 / 65535.0;
-            aovs.albedo[i] = [unorm(*red_green), unorm(*red_green >> 16), unorm(*blue)];
-            aovs.motion[i] = [*x, *y];
+        let world_from_view = view.world_from_view.as_dmat4();
+        let depths = || place.par_iter().map(|texel| texel[0]);
+        let distance = |(i, depth)| if view.orthographic == 1 { depth } else { p_view(i, depth).length() as f32 };
+        let position = |(i, depth)| match depth {
+            0.0 => [0.0; 3],
+            _ => world_from_view.transform_point3(p_view(i, depth)).as_vec3().to_array(),
+        };
+        let unorm = |bits: u32| (bits & 0xffff) as f32 / 65535.0;
+        Self {
+            width,
+            height,
+            depth: depths().collect(),
+            distance: depths().enumerate().map(distance).collect(),
+            position: depths().enumerate().map(position).collect(),
+            normal: identity.par_iter().map(|[id, bits, ..]| unit_from_packed(*id, *bits).to_array()).collect(),
+            albedo: identity.par_iter().map(|[.., rg, b]| [unorm(*rg), unorm(*rg >> 16), unorm(*b)]).collect(),
+            motion: place.par_iter().map(|[_, x, y, _]| [*x, *y]).collect(),
+            instance: identity.par_iter().map(|texel| drawn(texel).map_or(0, |drawn| drawn.instance + 1)).collect(),
+            material: identity.par_iter().map(|texel| drawn(texel).map_or(0, |drawn| drawn.material + 1)).collect(),
         }
-        aovs
     }
 }
 
@@ -236,8 +235,11 @@ fn view_from_distance(view: &View, pixel: DVec2, distance: f64) -> DVec3 {
     p.extend(-distance)
 }
 
-/// The unit vector of `pack2x16snorm(octahedral_from_unit(v))`.
-fn unit_from_packed(bits: u32) -> Vec3 {
+/// The unit vector of `pack2x16snorm(octahedral_from_unit(v))`; 0 if there is no surface, whose `id` is 0.
+fn unit_from_packed(id: u32, bits: u32) -> Vec3 {
+    if id == 0 {
+        return Vec3::ZERO;
+    }
     let snorm = |bits: u32| (f32::from(bits as u16 as i16) / 32767.0).max(-1.0);
     let e = Vec2::new(snorm(bits), snorm(bits >> 16));
     let z = 1.0 - e.x.abs() - e.y.abs();
