@@ -179,9 +179,9 @@ impl FromArgMatches for ShotArgs {
 /// Flags of the image.
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The image: .png (tone-mapped) or .exr (linear).
+    /// The image: .png or .jpg (tone-mapped) or .exr (linear).
     ///
-    /// Its ending chooses the format: .png (tone-mapped), .exr (linear, scene-referred, half floats) or .npz (the same as an array
+    /// Its ending chooses the format: .png or .jpg (tone-mapped), .exr (linear, scene-referred, half floats) or .npz (the same as an array
     /// for NumPy). Without it: the name of the scene or shot with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,

@@ -48,7 +48,7 @@ pub enum Command {
     /// The last value of a repeated flag counts; --point, --disk and --rectangle add a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
-    Render(Box<render::many::RunArgs>),
+    Render(Box<render::many::ManyArgs>),
     /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.

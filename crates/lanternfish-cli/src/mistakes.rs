@@ -54,6 +54,8 @@ const EYE: &str = "--eye X,Y,Z is the camera's position, and --target X,Y,Z the 
 const TURNTABLE: &str = "--orbit N renders N frames around the scene";
 const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`";
 
+const JOINED: &str = "numbers of one flag are joined by commas: 1,2,3";
+
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
 pub(crate) fn explain(error: &mut Error) {
     let argument = |kind| match error.get(kind) {
@@ -64,11 +66,7 @@ pub(crate) fn explain(error: &mut Error) {
         ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
             let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| *tip);
-            let known = known.or_else(|| {
-                argument.parse::<f64>().is_ok().then_some("numbers of one flag are joined by commas: 1,2,3")
-            });
-            let is_image = argument.ends_with(".png") || argument.ends_with(".exr");
-            let known = known.or(is_image.then_some("-o FILE names the image"));
+            let known = known.or(argument.parse::<f64>().is_ok().then_some(JOINED));
             // Before the command there are no flags but --help and --version.
             let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
             let known = match argument.starts_with("--") {
@@ -82,6 +80,12 @@ pub(crate) fn explain(error: &mut Error) {
             }
             error.remove(ContextKind::SuggestedArg);
             known.into_iter().collect::<Vec<_>>()
+        }
+        ErrorKind::ValueValidation
+            if argument(ContextKind::InvalidValue).is_some_and(|value| value.parse::<f64>().is_ok())
+                && error.to_string().contains("numbers") =>
+        {
+            vec![JOINED.to_owned()]
         }
         ErrorKind::InvalidSubcommand
             if argument(ContextKind::InvalidSubcommand).is_some_and(|name| name == "turntable") =>

@@ -6,7 +6,9 @@ use std::{
 };
 
 use lanternfish::{RenderedImage, settings::Background};
-use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr_image, write_png_with_texts};
+use lanternfish_metrics::{
+    ColorType, RgbImage, destination, write_aside, write_exr_image, write_jpeg, write_png_with_texts,
+};
 
 use crate::{
     ending::has_ending,
@@ -15,6 +17,9 @@ use crate::{
     outputs::{Quantity, Surfaces, write_npz},
     scene::SceneName,
 };
+
+/// Where `-o -` writes a PNG image.
+const STDOUT: &str = "/dev/stdout";
 
 /// An image file in a supported format and a writable folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +34,8 @@ pub(crate) struct Output {
 enum Format {
     /// Display colours: tone-mapped, sRGB-encoded, 8 bits.
     Png,
+    /// The same, compressed with losses.
+    Jpeg,
     /// Linear, scene-referred, half-precision floats.
     Exr,
     /// Linear, scene-referred, an array of 32-bit floats.
@@ -45,9 +52,14 @@ impl Output {
 
     /// As [`Output::choose`], for a file that is not written.
     pub fn named(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
+        if path == Some(Path::new("-")) {
+            return Ok(Self { path: STDOUT.into(), format: Format::Png, background: Background::Environment });
+        }
         let path = path.map_or_else(|| default_path(scene), Path::to_owned);
         let format = if has_ending(&path, "png") {
             Format::Png
+        } else if has_ending(&path, "jpg") || has_ending(&path, "jpeg") {
+            Format::Jpeg
         } else if has_ending(&path, "exr") {
             Format::Exr
         } else if has_ending(&path, "npz") {
@@ -55,7 +67,7 @@ impl Output {
         } else {
             return Err(CliError::new(
                 format_args!("{}: unsupported output format", path.display()),
-                "end the name with .png (tone-mapped), .exr (linear) or .npz (linear, for NumPy)",
+                "end the name with .png or .jpg (tone-mapped), .exr (linear) or .npz (linear, for NumPy)",
             ));
         };
         Ok(Self { path, format, background: Background::Environment })
@@ -76,7 +88,17 @@ impl Output {
 
     /// True if the file holds scene radiance, not display colours.
     pub fn is_radiance(&self) -> bool {
-        self.format != Format::Png
+        !matches!(self.format, Format::Png | Format::Jpeg)
+    }
+
+    /// True for a JPEG file, which holds no opacity.
+    pub fn is_jpeg(&self) -> bool {
+        self.format == Format::Jpeg
+    }
+
+    /// True if the image goes to standard output, where nothing else may be printed then.
+    pub fn is_stdout(&self) -> bool {
+        self.path == Path::new(STDOUT)
     }
 
     /// True if the file has layers by name.
@@ -91,14 +113,14 @@ impl Output {
 
     /// The files of these quantities beside the image.
     pub fn others(&self, quantities: &[Quantity]) -> Vec<PathBuf> {
-        let names = quantities.iter().filter(|_| self.format == Format::Png).map(|quantity| quantity.name());
+        let names = quantities.iter().filter(|_| !self.is_radiance()).map(|quantity| quantity.name());
         names.map(|name| self.beside(&format!("{name}.png"))).collect()
     }
 
     /// Memory that writing an image needs, bytes per pixel.
     pub fn bytes_per_pixel(&self) -> u64 {
         match self.format {
-            Format::Png => 4,
+            Format::Png | Format::Jpeg => 4,
             // Four floats, and four halves in the encoded file.
             Format::Exr => 16 + 8,
             Format::Npz => 16,
@@ -135,6 +157,10 @@ impl Output {
                     _ => (ColorType::Rgb, images::rgb(rendering)),
                 };
                 write_png_with_texts(&self.path, [width, height], color, &pixels, &texts)?;
+            }
+            (Format::Jpeg, _) => {
+                surfaces.map_or(Ok(()), |surfaces| surfaces.write_png(|ending| self.beside(ending)))?;
+                write_jpeg(&self.path, [rendering.width, rendering.height], &images::rgb(rendering))?;
             }
             (Format::Exr, None) => {
                 let alpha = self.alpha(rendering);
@@ -266,8 +292,9 @@ mod tests {
         assert_eq!(chosen(&folder.path().join("a.png")).unwrap().format, Format::Png);
         assert_eq!(chosen(&folder.path().join("a.EXR")).unwrap().format, Format::Exr);
         assert_eq!(chosen(&folder.path().join("a.b.npz")).unwrap().format, Format::Npz);
-        for name in ["a.jpg", "a", ".png", "a.png.txt"] {
-            assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".png (tone-mapped)"), "{name}");
+        assert!(chosen(&folder.path().join("a.jpeg")).unwrap().is_jpeg());
+        for name in ["a.gif", "a", ".png", "a.png.txt"] {
+            assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".jpg (tone-mapped)"), "{name}");
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "checking leaves nothing behind");
     }

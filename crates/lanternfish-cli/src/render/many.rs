@@ -21,17 +21,19 @@ use crate::{
 
 /// Endings of scenes in a folder.
 const SCENES: [&str; 3] = ["glb", "gltf", "obj"];
+/// Endings of images.
+const IMAGES: [&str; 4] = ["png", "exr", "jpg", "npz"];
 /// Size of thumbnails, pixels.
 const THUMBNAIL: &str = "256x256";
 
 /// The scenes of a run of `render`.
 #[derive(Debug, Args)]
-pub struct RunArgs {
+pub struct ManyArgs {
     /// The flags, and the first scene.
     #[command(flatten)]
     pub render: RenderArgs,
     /// More scenes, and folders of scenes, each to an image of its own name; then -o names a folder.
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", help_heading = None::<&'static str>, hide_short_help = true)]
     pub more: Vec<SceneName>,
     /// Images of 256 x 256 pixels, also of a folder of scenes: --size chooses another size.
     #[arg(long, help_heading = "Output", hide_short_help = true)]
@@ -39,9 +41,12 @@ pub struct RunArgs {
 }
 
 /// Renders every scene. A scene that fails does not keep the others from being rendered; the result is false then.
-pub fn run(args: &RunArgs, said: &ArgMatches, started: Instant) -> Result<bool, CliError> {
-    let is_folder = |scene: &SceneName| scene.demo().is_none() && scene.path().is_dir();
+pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool, CliError> {
+    let is_folder = |scene: &SceneName| scene.demo().is_none() && !shot::is_shot(scene) && scene.path().is_dir();
     let named: Vec<_> = [&args.render.scene].into_iter().chain(&args.more).cloned().collect();
+    if let Some(image) = named[1..].iter().find(|scene| IMAGES.iter().any(|ending| has_ending(scene.path(), ending))) {
+        return Err(CliError::new(format_args!("{image}: an image, not a scene"), "-o FILE names the image"));
+    }
     let mut device = None;
     if let [scene] = &named[..]
         && !is_folder(scene)
@@ -74,7 +79,7 @@ pub fn run(args: &RunArgs, said: &ArgMatches, started: Instant) -> Result<bool, 
     Ok(is_complete)
 }
 
-impl RunArgs {
+impl ManyArgs {
     /// The folder of the images.
     fn folder(&self) -> Result<PathBuf, CliError> {
         let refused = |what: &str, hint: &str| Err(CliError::new(what.to_owned(), hint));
@@ -112,7 +117,7 @@ fn scenes_in(folder: &Path) -> Result<Vec<SceneName>, CliError> {
     paths.retain(|path| SCENES.iter().any(|ending| has_ending(path, ending)));
     paths.sort();
     match paths.is_empty() {
-        true => Err(failed(&"no scene in this folder")),
+        true => Err(failed(&"this is a folder, without a scene")),
         false => Ok(paths.into_iter().map(SceneName::from).collect()),
     }
 }

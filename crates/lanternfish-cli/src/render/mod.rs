@@ -17,7 +17,7 @@ use lanternfish::{
     GpuScene, RenderedImage, Renderer,
     debug_views::Scale,
     direct_light::auto::lights_in_reach,
-    settings::{DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
+    settings::{Background, DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Engine, Gpu, driver_warning};
 use lanternfish_scene::Scene;
@@ -215,6 +215,14 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?.over(args.settings().image.background);
+    if output.is_jpeg() && args.settings().image.background == Background::Transparent {
+        let what = format!("{}: a .jpg file has no alpha", output.path.display());
+        return Err(CliError::new(what, "end the name with .png or .exr, or name a colour: --background white"));
+    }
+    if output.is_stdout() && (args.track.is_sequence() || args.run.timings || !args.quantities().is_empty()) {
+        let hint = "name a file, or leave out what makes several or prints a table";
+        return Err(CliError::new("-o -: one image alone goes to standard output", hint));
+    }
     let of = |frame: &ShotFrame| frame.number.map_or_else(|| output.clone(), |number| output.numbered(number));
     let frames = shot.frames();
     let outputs: Vec<_> = frames.iter().map(of).collect();
@@ -275,7 +283,10 @@ impl Told<'_> {
         let status = || format!("{} of {} frames", index + 1, self.all);
         let progress = self.args.run.progress.filter(|_| self.is_sequence);
         let progress = progress.map(|farm| farm.lines(index + 1, self.all, &status())).unwrap_or_default();
-        format!("{progress}{}\n", output.path.display())
+        match output.is_stdout() {
+            true => progress,
+            false => format!("{progress}{}\n", output.path.display()),
+        }
     }
 }
 

@@ -206,6 +206,22 @@ fn gpu_the_default_name_is_the_scenes_and_replaces_an_old_file() {
 }
 
 #[test]
+fn gpu_an_image_is_a_jpeg_or_goes_to_standard_output() {
+    let folder = tempfile::tempdir().unwrap();
+    render(folder.path(), "--indirect none -o a.jpg");
+    assert!(fs::read(folder.path().join("a.jpg")).unwrap().starts_with(b"\xff\xd8\xff"));
+    render(folder.path(), "--indirect none -o a.png");
+    let words = "render demo:cornell --adapter cpu --size 48x32 --indirect none -o -";
+    let output = lanternfish(folder.path()).args(words.split(' ')).output().unwrap();
+    assert!(output.status.success() && output.stdout == fs::read(folder.path().join("a.png")).unwrap());
+    for words in ["--background transparent -o a.jpg", "--timings -o -", "--orbit 4 -o -"] {
+        let refused =
+            lanternfish(folder.path()).args(["render", "demo:cornell"]).args(words.split(' ')).output().unwrap();
+        assert_eq!(refused.status.code(), Some(1), "{words}");
+    }
+}
+
+#[test]
 fn gpu_a_hidden_background_gives_files_alpha() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |words: &str| {
@@ -251,11 +267,9 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
     assert!(errors.contains("missing.glb") && names(&folder.path().join("images")) == ["a.png", "b.png"], "{errors}");
     let image = read_png(&folder.path().join("images/b.png")).unwrap();
     assert_eq!((image.width, image.height), (256, 256));
-    for (words, why) in [
-        ("models -o one.png", "no folder"),
-        ("models --report a.json", "--report"),
-        ("images", "no scene in this folder"),
-    ] {
+    for (words, why) in
+        [("models -o one.png", "no folder"), ("models --report a.json", "--report"), ("images", "without a scene")]
+    {
         let (code, _, errors) = run(words);
         assert!(code == Some(1) && errors.contains(why), "{words}: {errors}");
     }

@@ -140,7 +140,7 @@ mod tests {
         let of = |top, bottom| {
             of_environment(&Environment { width: 32, height: 16, pixels: pixels(top, bottom), rotation: 0.3 })
         };
-        assert!(of(1.0, 0.0).abs_diff_eq(Vec3::splat(PI), 0.02), "{}", of(1.0, 0.0));
+        assert!(of(1.0, 0.0).abs_diff_eq(Vec3::splat(PI), 0.03), "{}", of(1.0, 0.0));
         assert_eq!(of(0.0, 5.0), Vec3::ZERO);
     }
 

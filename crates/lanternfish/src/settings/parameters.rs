@@ -33,7 +33,7 @@ impl Settings {
             "exposure",
             "auto|EV",
             Range::Text,
-            "Exposure in stops: 1 doubles, -1 halves; auto: by the image.\n\n\
+            "Exposure in stops: 1 doubles, -1 halves; auto: metered.\n\n\
              0 leaves the image as it is. auto meters the image to show most of it, and prints the value; of a sequence, it meters \
              the first frame and applies the value to all. PNG only.",
             |s: &mut Self| &mut s.image.exposure,
