@@ -245,7 +245,7 @@ pub struct ViewArgs {
     /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file that has them (in a shot,
     /// too, relative to the current folder). A rotation and a translation, m.
     #[arg(long, value_name = "FILE|NUMBERS", value_parser = parse::pose, allow_hyphen_values = true)]
-    #[arg(conflicts_with_all = ["eye", "target", "view"], hide_short_help = true)]
+    #[arg(conflicts_with_all = ["eye", "target", "view", "azimuth", "elevation"], hide_short_help = true)]
     pub pose: Option<Affine3A>,
     /// Axes of the camera of --pose.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = PoseConvention::default(), hide_short_help = true)]

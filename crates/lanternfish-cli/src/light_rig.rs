@@ -3,15 +3,15 @@
 use glam::{Affine3A, Mat3, Vec3};
 use lanternfish::{
     RenderedImage,
-    settings::{Background, Exposure, Occlusion, Settings},
+    settings::{Background, Exposure, Occlusion},
 };
 use lanternfish_scene::{
-    Camera, LightKind, Scene,
+    Bounds, Camera, LightKind, Scene,
     rig::{self, LightRig, ground},
 };
 
 use crate::{
-    args::{Ground, LightArgs},
+    args::{Ground, LightArgs, RenderArgs},
     error::CliError,
 };
 
@@ -29,11 +29,13 @@ pub(crate) struct Lighting {
 }
 
 impl Lighting {
-    /// For images with these settings.
-    pub fn of(settings: &Settings) -> Self {
+    /// For images with these flags.
+    pub fn of(args: &RenderArgs) -> Self {
+        let settings = args.settings();
         let reaches_surfaces = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
         // Debug views need no light.
-        let takes_ground = settings.image.background == Background::Environment;
+        // Output variables are those of the file.
+        let takes_ground = settings.image.background == Background::Environment && args.quantities().is_empty();
         let is_metered = settings.image.exposure == Exposure::Auto;
         Self { is_seen: settings.image.debug_view.is_none(), reaches_surfaces, takes_ground, is_metered }
     }
@@ -49,6 +51,8 @@ pub struct AddedLights {
     sun: Option<(usize, Vec3)>,
     /// The instance of the ground, and its transform before the orbit.
     ground: Option<(usize, Affine3A)>,
+    /// The bounds of what stands on it.
+    object: Option<Bounds>,
 }
 
 impl AddedLights {
@@ -67,6 +71,7 @@ impl AddedLights {
             exposure: (has_studio && is_alone).then(|| scale.recip().log2()).filter(|ev| ev.is_finite()),
             sun: sun.map(|(index, light)| (index, light.direction)),
             ground: None,
+            object: None,
         }
     }
 
@@ -76,7 +81,9 @@ impl AddedLights {
             Some(wanted) => wanted == Ground::On,
             None => self.has_studio && lighting.takes_ground && ground::suits(scene, camera),
         };
-        if lighting.is_seen && is_wanted {
+        let bounds = scene.bounds();
+        if lighting.is_seen && is_wanted && !bounds.is_empty() {
+            self.object = Some(bounds);
             let index = ground::add(scene, camera);
             self.ground = Some((index, scene.instances[index].world_from_object));
         }
@@ -191,8 +198,14 @@ impl FillLight {
     }
 
     /// The light that a scene needs in addition, seen by `camera` as `rendering`. `None` if enough is visible.
-    /// `flags` may ask for the studio.
-    pub fn of(rendering: &RenderedImage, scene: &Scene, camera: &Camera, flags: &LightArgs) -> Option<Self> {
+    /// `flags` may ask for the studio; `added` tells a ground from the scene.
+    pub fn of(
+        rendering: &RenderedImage,
+        scene: &Scene,
+        camera: &Camera,
+        flags: &LightArgs,
+        added: &AddedLights,
+    ) -> Option<Self> {
         let white = (-rendering.exposure?).exp2();
         if Self::is_scaled(scene, flags) {
             return Some(Self::Studio(DIM_STUDIO * white));
@@ -204,7 +217,7 @@ impl FillLight {
                 black += covered;
             }
         }
-        let bounds = scene.bounds();
+        let bounds = added.object.unwrap_or_else(|| scene.bounds());
         let is_between = camera.eye().cmpge(bounds.min).all() && camera.eye().cmple(bounds.max).all();
         // An object in front of nothing, lit by its own lamps only, is black on black.
         let is_alone = 2.0 * surface < rendering.radiance.len() as f32 && !is_between && !scene.is_room();
@@ -231,7 +244,7 @@ impl FillLight {
             Self::Studio(scale) => AddedLights::add(LightRig::Studio, scene, camera, scale),
         };
         match before.ground {
-            Some(_) => added.ground = before.ground,
+            Some(_) => (added.ground, added.object) = (before.ground, before.object),
             None => added.stand(scene, camera, flags.ground, lighting),
         }
         added
@@ -401,19 +414,22 @@ mod tests {
             exposure: Some(-2.0),
             report: Report::default(),
         };
-        let of = |black, camera| FillLight::of(&image(black), &scene, camera, &flags(""));
+        let of = |black, camera| FillLight::of(&image(black), &scene, camera, &flags(""), &AddedLights::default());
         assert_eq!(of(7, &between), Some(FillLight::Sky(4.0 * FAINT_SKY)));
         assert_eq!(of(7, &outside), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
         assert_eq!((of(6, &between), of(6, &outside)), (None, None));
         // In front of nothing: most pixels show no surface. A room is not lit from outside.
         let mut alone = image(0);
         alone.radiance.iter_mut().skip(5).for_each(|pixel| *pixel = [0.0; 4]);
-        assert_eq!(FillLight::of(&alone, &scene, &outside, &flags("")), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
-        assert_eq!(FillLight::of(&alone, &scene, &between, &flags("")), None);
+        assert_eq!(
+            FillLight::of(&alone, &scene, &outside, &flags(""), &AddedLights::default()),
+            Some(FillLight::Studio(4.0 * DIM_STUDIO))
+        );
+        assert_eq!(FillLight::of(&alone, &scene, &between, &flags(""), &AddedLights::default()), None);
         let room = demo("cornell").unwrap();
-        assert_eq!(FillLight::of(&alone, &room, &outside, &flags("")), None);
+        assert_eq!(FillLight::of(&alone, &room, &outside, &flags(""), &AddedLights::default()), None);
         // By hand it is as bright, whatever is visible; with a scale it is added before.
-        let of = |words| FillLight::of(&image(0), &scene, &outside, &flags(words));
+        let of = |words| FillLight::of(&image(0), &scene, &outside, &flags(words), &AddedLights::default());
         assert_eq!(of("--light-rig studio"), Some(FillLight::Studio(4.0 * DIM_STUDIO)));
         for words in ["", "--light-rig studio --environment-scale 2", "--light-rig studio --sun 0,-1,0,1"] {
             assert_eq!(of(words), None, "{words}");

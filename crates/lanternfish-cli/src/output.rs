@@ -7,7 +7,7 @@ use std::{
 
 use lanternfish::{RenderedImage, settings::Background};
 use lanternfish_metrics::{
-    ColorType, RgbImage, destination, write_aside, write_exr_image, write_jpeg, write_png_with_texts,
+    ColorType, RgbImage, destination, read_png_texts, write_aside, write_exr_image, write_jpeg, write_png_with_texts,
 };
 
 use crate::{
@@ -114,7 +114,9 @@ impl Output {
     /// The files of these quantities beside the image.
     pub fn others(&self, quantities: &[Quantity]) -> Vec<PathBuf> {
         let names = quantities.iter().filter(|_| !self.is_radiance()).map(|quantity| quantity.name());
-        names.map(|name| self.beside(&format!("{name}.png"))).collect()
+        let images = names.map(|name| self.beside(&format!("{name}.png")));
+        let has_names = !self.is_radiance() && quantities.iter().any(|quantity| quantity.is_identity());
+        images.chain(has_names.then(|| self.beside("names.json"))).collect()
     }
 
     /// Memory that writing an image needs, bytes per pixel.
@@ -241,6 +243,20 @@ pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -
     Ok(())
 }
 
+/// Returns an error if a name that the program chose is that of a PNG image of somebody else's beside the scene: it may be a texture.
+pub fn refuse_texture(path: &Path, scene: &SceneName) -> Result<(), CliError> {
+    let folder = |path: &Path| destination(path).and_then(|path| Some(path.parent()?.to_owned()));
+    let is_beside = scene.demo().is_none() && folder(path).is_some() && folder(path) == folder(scene.path());
+    let is_own = |software: &String| software.starts_with("lanternfish");
+    match read_png_texts(path) {
+        Ok(texts) if is_beside && !texts.get("Software").is_some_and(is_own) => {
+            let what = format!("{}: an image that this program did not write, and perhaps a texture", path.display());
+            Err(CliError::new(what, "name the image with -o, or another folder"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes to standard output and flushes it.
 pub fn print(text: &str) -> Result<(), CliError> {
     let mut stdout = std::io::stdout();
@@ -308,6 +324,19 @@ mod tests {
         assert!(!same_file(&path("a"), &path("inner/a")) && !same_file(&path("missing/a"), &path("missing/a")));
         fs::write(path("a"), "").unwrap();
         assert!(same_file(&path("inner/../a"), &path("a")) && !same_file(&path("a"), &path("b")));
+    }
+
+    #[test]
+    fn textures_are_not_replaced_by_chance() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("inner")).unwrap();
+        lanternfish_metrics::write_png(&path("cup.png"), [1, 1], ColorType::Rgb, &[0; 3]).unwrap();
+        write_png_with_texts(&path("own.png"), [1, 1], ColorType::Rgb, &[0; 3], &[("Software", "lanternfish 1")])
+            .unwrap();
+        let refused = |name: &str, scene: &str| refuse_texture(&path(name), &path(scene).into()).is_err();
+        assert!(refused("cup.png", "cup.obj") && !refused("own.png", "cup.obj") && !refused("new.png", "cup.obj"));
+        assert!(!refused("cup.png", "inner/cup.obj"));
     }
 
     #[cfg(unix)]

@@ -22,6 +22,8 @@ pub struct Stage {
     pub cameras: Vec<Camera>,
     /// What the flags' rig, or the default one, added.
     pub rig: AddedLights,
+    /// How the images depend on light, now that it is known how the scene moves.
+    pub lighting: Lighting,
 }
 
 impl Stage {
@@ -30,7 +32,7 @@ impl Stage {
     pub fn of(
         shot: &Shot,
         views: &[ViewArgs],
-        lighting: Lighting,
+        mut lighting: Lighting,
         progress: &mut Progress,
         check: impl FnOnce(&Scene, &mut Progress) -> Result<(), CliError>,
     ) -> Result<Self, CliError> {
@@ -45,7 +47,10 @@ impl Stage {
         if is_inside {
             progress.note(camera::INSIDE);
         }
+        // A ground would hide what moves below it.
+        let sinks = !reach.is_empty() && reach.min.y < scene.bounds().min.y - 1e-3 * reach.size().max_element();
+        lighting.takes_ground &= !sinks;
         let rig = light_rig::light(&mut scene, &args.lights, &cameras[0], lighting, |note| progress.note(note))?;
-        Ok(Self { scene, motion, cameras, rig })
+        Ok(Self { scene, motion, cameras, rig, lighting })
     }
 }

@@ -158,7 +158,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
     let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
     let camera = camera::choose(&scene, &first.view, size.aspect())?;
-    let lights = Lighting { is_seen: true, takes_ground: false, is_metered: false, ..Lighting::of(&args.settings()) };
+    let lights = Lighting { is_seen: true, takes_ground: false, is_metered: false, ..Lighting::of(args) };
     let before = scene.lights.len();
     let rig = light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
     let by_rig = scene.lights.len() - before;

@@ -1,6 +1,8 @@
 //! `--classes`: semantic classes by the names of instances.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
+
+use lanternfish_scene::read_text;
 
 use crate::error::CliError;
 
@@ -15,7 +17,7 @@ impl Classes {
             let hint = r#"write an object of patterns and whole numbers from 0 on, e.g. {"chair*": 3, "floor": 1}"#;
             CliError::new(format_args!("{}: {error}", path.display()), hint)
         };
-        let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
+        let text = read_text(path).map_err(|error| failed(&error))?;
         serde_json::from_str(&text).map(Self).map_err(|error| failed(&error))
     }
 

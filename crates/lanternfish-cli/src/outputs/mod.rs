@@ -77,7 +77,7 @@ impl Quantity {
         self == Self::Position
     }
 
-    fn is_identity(self) -> bool {
+    pub fn is_identity(self) -> bool {
         matches!(self, Self::Instance | Self::Material | Self::Semantic)
     }
 
@@ -124,6 +124,9 @@ impl Names {
     }
 }
 
+/// Greatest whole number up to which floats hold all of them.
+const MOST_EXACT: u32 = 1 << 24;
+
 /// The requested quantities of an image.
 pub struct Surfaces<'a> {
     pub aovs: &'a Aovs,
@@ -152,7 +155,13 @@ impl Surfaces<'_> {
             let (.., layer, letters) = ALL[*quantity as usize];
             let values = match quantity.values(self) {
                 Array::Floats(values) => values,
-                Array::Identities(values) => values.into_iter().map(|id| id as f32).collect(),
+                Array::Identities(values) => {
+                    if let Some(id) = values.iter().find(|id| **id > MOST_EXACT) {
+                        let what = format!("--outputs {}: {id} has no exact value in an .exr file", quantity.name());
+                        return Err(CliError::new(what, "end the image's name with .npz"));
+                    }
+                    values.into_iter().map(|id| id as f32).collect()
+                }
             };
             let channel = |first: usize| values.iter().skip(first).step_by(letters.len()).copied().collect();
             channels.extend((0..letters.len()).map(|i| (format!("{layer}.{}", letters[i]), channel(i))));

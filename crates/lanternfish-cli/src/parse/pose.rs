@@ -36,7 +36,7 @@ pub fn intrinsics(text: &str) -> Result<[f32; 4], String> {
 /// Parses a pose: 16 numbers row by row, or the name of a file with them, in which brackets, commas and spaces may stand between.
 pub fn pose(text: &str) -> Result<Affine3A, String> {
     let is_list = text.split(',').count() == 16;
-    let read = if is_list { Ok(text.to_owned()) } else { std::fs::read_to_string(text) };
+    let read = if is_list { Ok(text.to_owned()) } else { lanternfish_scene::read_text(text.as_ref()) };
     let expected = "expected 16 numbers separated by commas, or a text file with them";
     let read = read.map_err(|error| format!("{error}: {expected}"))?;
     let words = read.split(|c: char| c.is_whitespace() || ",[]()".contains(c)).filter(|word| !word.is_empty());

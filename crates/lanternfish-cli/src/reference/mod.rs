@@ -85,10 +85,10 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     }
 
     let is_seen = settings.integrator == Integrator::Path;
-    let lights = Lighting { is_seen, reaches_surfaces: true, takes_ground: true, is_metered: false };
+    let lights = Lighting { is_seen, reaches_surfaces: true, is_metered: false, ..Lighting::of(flags) };
     let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
-    let Stage { mut scene, motion, cameras, rig } = Stage::of(&shot, views, lights, &mut progress, check)?;
+    let Stage { mut scene, motion, cameras, rig, .. } = Stage::of(&shot, views, lights, &mut progress, check)?;
     let mut camera = cameras[0].clone();
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {

@@ -1,12 +1,13 @@
 //! Checks existing images against those that a run would write.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lanternfish::debug_views::Scale;
 use lanternfish_metrics::{MetricsError, check_jpeg, exr_layer_size, exr_layers, read_exr_layer, read_png};
 
 use crate::{
     args::RenderArgs,
+    ending::has_ending,
     legend,
     output::Output,
     outputs::{Quantity, holds},
@@ -44,7 +45,11 @@ impl Expected {
         if !output.path.exists() {
             return Some(Fault::Missing);
         }
-        if let Some(missing) = output.others(&self.quantities).into_iter().find(|path| read_png(path).is_err()) {
+        let is_broken = |path: &PathBuf| match has_ending(path, "png") {
+            true => read_png(path).is_err(),
+            false => !path.exists(),
+        };
+        if let Some(missing) = output.others(&self.quantities).into_iter().find(is_broken) {
             return Some(Fault::Broken(format!("{}: missing or broken", missing.display())));
         }
         let path = &output.path;

@@ -67,7 +67,12 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
     for (scene, path) in scenes.iter().zip(names(&scenes)) {
         let rendered = shot::resolve(scene, said).and_then(|mut shot| {
             args.resize(&mut shot, said);
-            shot.args.output.output = Some(folder.join(path));
+            // A shot names its own image.
+            if args.render.output.output.is_some() || !shot::is_shot(scene) {
+                let path = folder.join(path);
+                output::refuse_texture(&path, scene)?;
+                shot.args.output.output = Some(path);
+            }
             super::run(&shot, Instant::now(), &mut device)
         });
         if let Err(error) = rendered {
@@ -99,7 +104,8 @@ impl ManyArgs {
     /// Gives thumbnails their size.
     fn resize(&self, shot: &mut shot::Shot, said: &ArgMatches) {
         if self.thumbnails && said.value_source("size") != Some(clap::parser::ValueSource::CommandLine) {
-            shot.args.output.size = crate::parse::size(THUMBNAIL).expect("this is a size");
+            let size = crate::parse::size(THUMBNAIL).expect("this is a size");
+            (shot.args.output.size, shot.args.view.size) = (size, [size.width, size.height]);
         }
     }
 }

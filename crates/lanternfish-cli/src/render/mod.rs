@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use lanternfish::{
-    GpuScene, RenderedImage, Renderer,
+    Aovs, GpuScene, RenderedImage, Renderer,
     debug_views::Scale,
     direct_light::auto::lights_in_reach,
     settings::{Background, DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
@@ -75,7 +75,8 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     }
 
     let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
-    check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()))?;
+    let of_outputs = if args.quantities().is_empty() { 0 } else { Aovs::BYTES_PER_PIXEL };
+    check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()) + of_outputs)?;
     if output.is_radiance() && settings.image.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
     }
@@ -89,20 +90,20 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores).chain(nexts);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
     let is_metered = renderings::are_metered(&settings, output);
-    let mut lights = Lighting { is_metered, ..Lighting::of(&settings) };
-    // Data are those of the file.
-    lights.takes_ground &= args.quantities().is_empty();
+    let lights = Lighting { is_metered, ..Lighting::of(args) };
     let mut opened = None;
-    let Stage { scene, motion, cameras, rig } = Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
-        let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
-        if scene.lights.is_empty() && counts_lights {
-            progress.note("this view counts lights, and the scene has none: the studio and the sky are an environment");
-        }
-        if scene.triangle_counts().1 > LARGE {
-            opened.insert(new_renderer(device, args, &settings, progress)?).check_memory(scene)?;
-        }
-        Ok(())
-    })?;
+    let Stage { scene, motion, cameras, rig, lighting } =
+        Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
+            let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
+            if scene.lights.is_empty() && counts_lights {
+                progress
+                    .note("this view counts lights, and the scene has none: the studio and the sky are an environment");
+            }
+            if scene.triangle_counts().1 > LARGE {
+                opened.insert(new_renderer(device, args, &settings, progress)?).check_memory(scene)?;
+            }
+            Ok(())
+        })?;
     note_unused_light(&progress, &scene, &settings);
 
     let renderer = opened.map_or_else(|| new_renderer(device, args, &settings, &mut progress), Ok)?;
@@ -114,7 +115,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         progress.note(&format!("scale of {view}: {scale}"));
     }
     let is_lit = lights.is_seen && lights.reaches_surfaces;
-    let may_lack_light = (is_metered && is_lit && FillLight::may_lack(&scene, &args.lights)).then_some(lights);
+    let may_lack_light = (is_metered && is_lit && FillLight::may_lack(&scene, &args.lights)).then_some(lighting);
     let names = (!args.quantities().is_empty()).then(|| Names::of(&scene, &classes));
     let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, rig, may_lack_light);
     renderings.names = names;
@@ -215,6 +216,9 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?.over(args.settings().image.background);
+    if args.output.output.is_none() {
+        output::refuse_texture(&output.path, &args.scene)?;
+    }
     if output.is_jpeg() && args.settings().image.background == Background::Transparent {
         let what = format!("{}: a .jpg file has no alpha", output.path.display());
         return Err(CliError::new(what, "end the name with .png or .exr, or name a colour: --background white"));
@@ -228,7 +232,8 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let outputs: Vec<_> = frames.iter().map(of).collect();
     outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
     let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
-    let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
+    let classes = args.output.classes.as_deref().map(|path| (path, "--classes"));
+    let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).chain(classes).collect();
     let quantities = args.quantities();
     let others: Vec<_> = outputs.iter().flat_map(|output| output.others(quantities)).collect();
     let others = others.iter().map(|path| (path.as_path(), "a file of --outputs"));

@@ -164,7 +164,7 @@ impl<'a> RenderedImages<'a> {
         let flags = &self.args.lights;
         if let Some(lighting) = self.may_lack_light
             && let Some(scene) = &mut self.scene
-            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera, flags)
+            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera, flags, &self.revolving)
         {
             if light_rig::has_light(flags) {
                 progress.note(&fill.advice());

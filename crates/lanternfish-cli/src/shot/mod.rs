@@ -117,13 +117,13 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         words.retain(|word| !chooses_when(word));
     }
     // Likewise, camera flags on the command line replace the shot's other way of placing the camera.
-    let places = |(id, _): &(String, OsString)| matches!(id.as_str(), "eye" | "target" | "camera" | "pose");
-    let sides = |(id, _): &(String, OsString)| id == "view";
-    if flags.iter().any(places) {
-        words.retain(|word| !sides(word));
-    }
-    if flags.iter().any(sides) {
-        words.retain(|word| !places(word));
+    let way = |id: &str| WAYS.iter().position(|way| way.contains(&id));
+    let lens = |id: &str| LENSES.iter().position(|lens| *lens == id);
+    for (id, _) in &flags {
+        let replaces = |of: &dyn Fn(&str) -> Option<usize>, other: &str| {
+            of(id).is_some_and(|of_id| of(other).is_some_and(|of_other| of_other != of_id))
+        };
+        words.retain(|(other, _)| !replaces(&way, other) && !replaces(&lens, other));
     }
     words.extend(flags);
     let mut args = parsed(&scene, &words, &keys);
@@ -177,11 +177,18 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
     args
 }
 
+/// Ways of placing the camera, of which one counts.
+const WAYS: [&[&str]; 4] = [&["eye", "target", "camera"], &["view"], &["pose"], &["azimuth", "elevation"]];
+/// Flags of the field of view, of which one counts.
+const LENSES: [&str; 2] = ["fov_y", "intrinsics"];
+
 /// Flags of camera, time and output. A recording has its own camera and time.
-const OF_IMAGES: [&str; 24] = [
+const OF_IMAGES: [&str; 26] = [
     "adapter",
     "eye",
     "target",
+    "azimuth",
+    "elevation",
     "fov_y",
     "camera",
     "view",

@@ -91,7 +91,18 @@ impl Opened {
     pub fn shown(&self, shown: &Shown<'_>) -> Result<(Shot, Camera), CliError> {
         let keys = keys();
         let is_camera = |name: &str| {
-            matches!(name, "eye" | "target" | "fov-y" | "view" | "pose" | "pose-convention" | "intrinsics")
+            matches!(
+                name,
+                "eye"
+                    | "target"
+                    | "fov-y"
+                    | "view"
+                    | "azimuth"
+                    | "elevation"
+                    | "pose"
+                    | "pose-convention"
+                    | "intrinsics"
+            )
         };
         let aspect = shown.size[0] as f32 / shown.size[1] as f32;
         let choose = |view| camera::choose(shown.scene, view, aspect);

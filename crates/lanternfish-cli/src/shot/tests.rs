@@ -46,6 +46,18 @@ keyframes = [
 ]
 ";
 
+/// A way of placing the camera on the command line replaces the shot's.
+#[test]
+fn ways_of_placing_the_camera_replace_each_other() {
+    let by_eye = "scene = \"a.glb\"\n[view]\neye = [1, 2, 3]\ntarget = [0, 0, 0]\nfov-y = 40\n";
+    let turned = shot(by_eye, "--azimuth 30").unwrap().args.view;
+    assert_eq!((turned.eye, turned.target, turned.azimuth.is_some()), (None, None, true));
+    let lens = shot(by_eye, "--intrinsics 100,100,50,50").unwrap().args.view;
+    assert!(lens.fov_y.is_none() && lens.intrinsics.is_some() && lens.eye.is_some());
+    let posed = shot(by_eye, "--pose 1,0,0,0,0,1,0,0,0,0,1,5,0,0,0,1").unwrap().args.view;
+    assert!(posed.eye.is_none() && posed.target.is_none() && posed.pose.is_some());
+}
+
 #[test]
 fn every_flag_has_one_key() {
     let command = Cli::command();

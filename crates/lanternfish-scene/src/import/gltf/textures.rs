@@ -93,18 +93,29 @@ impl Textures {
                 mean.apply(materials, image);
             }
         }
+        // Materials of one atlas share what is converted.
+        let mut known: Vec<(_, [Option<TextureRef>; 2])> = Vec::new();
         for glossy in std::mem::take(&mut self.glossy) {
             let image = |used: TextureRef| images[self.textures[used.texture].image].as_ref().ok();
             let material = &mut materials[glossy.material];
             let diffuse = material.base_color_texture.and_then(image);
             let Some(specular) = image(glossy.texture) else { continue };
-            budget.take(Glossy::bytes_needed(diffuse, specular), || "converted textures need".to_owned())?;
-            let sampler = self.textures[glossy.texture.texture].sampler;
-            let [color, roughness] = glossy.convert(diffuse, specular).map(|converted| {
-                images.push(Ok(converted));
-                self.textures.push(Texture { image: images.len() - 1, sampler });
-                Some(TextureRef { texture: self.textures.len() - 1, ..glossy.texture })
-            });
+            let key = (material.base_color_texture, glossy.texture, glossy.diffuse, glossy.specular, glossy.glossiness);
+            let [color, roughness] = match known.iter().find(|(other, _)| *other == key) {
+                Some((_, converted)) => *converted,
+                None => {
+                    let needed = Glossy::bytes_needed(diffuse, specular);
+                    budget.take(needed, || "converted textures need".to_owned())?;
+                    let sampler = self.textures[glossy.texture.texture].sampler;
+                    let converted = glossy.convert(diffuse, specular).map(|converted| {
+                        images.push(Ok(converted));
+                        self.textures.push(Texture { image: images.len() - 1, sampler });
+                        Some(TextureRef { texture: self.textures.len() - 1, ..glossy.texture })
+                    });
+                    known.push((key, converted));
+                    converted
+                }
+            };
             (material.base_color_texture, material.metallic_roughness_texture) = (color, roughness);
             material.base_color = Vec3::ONE.extend(material.base_color.w);
             (material.metallic, material.perceptual_roughness) = (1.0, 1.0);
