@@ -7,17 +7,13 @@ use crate::named_enum;
 
 named_enum! {
     /// The axis of a file that points up.
+    #[derive(Default)]
     UpAxis {
         /// As glTF has it, and most OBJ files.
+        #[default]
         Y = "y": "As glTF has it, and most OBJ files",
         /// As CAD and map data have it: the file's +y becomes −z.
         Z = "z": "As CAD and map data have it; +y points away from the front",
-    }
-}
-
-impl Default for UpAxis {
-    fn default() -> Self {
-        Self::Y
     }
 }
 
