@@ -247,7 +247,7 @@ fn the_studio_is_an_environment() {
 fn outputs_are_refused_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
     // The scene does not exist either: the output is checked first.
-    run(folder.path(), &["render", "nowhere.glb", "-o", "a.gif"]).assert_refused(&["a.jpg", ".png", ".exr"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.gif"]).assert_refused(&["a.gif", ".png", ".exr"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a"]).assert_refused(&["a:", ".png", ".exr"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "missing/a.png"])
         .assert_refused(&["missing/a.png", "no folder missing"], &[]);
