@@ -1,6 +1,6 @@
 //! Cameras that frame a scene.
 
-use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A, Vec3Swizzles as _};
 
 use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
 
@@ -8,7 +8,7 @@ use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
 const FILL: f32 = 0.8;
 
 /// Default direction towards the eye, any length: from the front, slightly from the right and above.
-const THREE_QUARTER: Vec3 = Vec3::new(0.4, 0.3, 1.0);
+pub(crate) const THREE_QUARTER: Vec3 = Vec3::new(0.4, 0.3, 1.0);
 
 named_enum! {
     /// The side from which a scene is viewed. As in glTF, +y is up and an object's front faces +z; left and right are
@@ -77,7 +77,7 @@ impl Camera {
     }
 
     /// A camera in this direction from the scene, of any length.
-    fn framing_from(scene: &Scene, towards_eye: Vec3, fov_y: f32, aspect: f32) -> Self {
+    pub(crate) fn framing_from(scene: &Scene, towards_eye: Vec3, fov_y: f32, aspect: f32) -> Self {
         let boxes = scene.boxes();
         let bounds = scene.bounds_of(&boxes);
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
@@ -98,12 +98,24 @@ impl Camera {
     }
 }
 
-/// Direction towards the eye without a choice, any length: cards that face the front are seen from there.
+/// Direction towards the eye without a choice, any length: cards that face the front are seen from there, flat objects from higher above, and
+/// those that are thin in x from the right.
 fn usual_direction(bounds: &Bounds) -> Vec3 {
     const MOST_DEPTH: f32 = 0.02;
-    let size = bounds.size();
-    let is_card = !bounds.is_empty() && size.z < MOST_DEPTH * size.x.min(size.y);
-    if is_card { Vec3::Z } else { THREE_QUARTER }
+    const THIN: f32 = 0.25;
+    if bounds.is_empty() {
+        return THREE_QUARTER;
+    }
+    let (size, usual) = (bounds.size(), THREE_QUARTER);
+    if size.z < MOST_DEPTH * size.x.min(size.y) {
+        return Vec3::Z;
+    }
+    if size.y < THIN * size.x.max(size.z) && size.y < size.x.min(size.z) {
+        // 45° above.
+        return Vec3::new(usual.x, usual.xz().length(), usual.z);
+    }
+    let is_thin = size.x < THIN * size.z && size.x < size.y;
+    if is_thin { Vec3::new(usual.z, usual.y, usual.x) } else { usual }
 }
 
 /// The four planes through the eye that bound the framed points, with a margin to the image's sides. The planes' slopes do not
@@ -249,6 +261,17 @@ mod tests {
     }
 
     #[test]
+    fn flat_and_thin_objects_show_their_broad_side() {
+        let of = |x, y, z| {
+            let half = 0.5 * Vec3::new(x, y, z);
+            usual_direction(&Bounds { min: -half, max: half }).normalize()
+        };
+        assert_eq!(of(1.0, 1.0, 1.0), THREE_QUARTER.normalize());
+        assert!(of(2.0, 0.3, 5.0).y > 0.7 && of(0.1, 1.0, 1.0).x > 0.8 && of(1.0, 1.0, 0.001) == Vec3::Z);
+        assert!(of(0.3, 2.0, 0.4) == THREE_QUARTER.normalize(), "a pillar");
+    }
+
+    #[test]
     fn sides_are_those_of_an_observer_who_faces_the_front() {
         let scene = &shapes()[0];
         let camera = |side| Camera::framing_scene(scene, Some(side), 0.8, 1.0);
@@ -273,9 +296,11 @@ mod tests {
             camera.world_from_camera.transform_vector3(Vec3::Z)
         };
         let usual = THREE_QUARTER.normalize();
-        for (scene, expected) in
-            [(scaled(2.0, 3.0, 0.01), Vec3::Z), (scaled(2.0, 0.01, 3.0), usual), (scaled(1.0, 1.0, 1.0), usual)]
-        {
+        for (scene, expected) in [
+            (scaled(2.0, 3.0, 0.01), Vec3::Z),
+            (scaled(2.0, 0.01, 3.0), Vec3::new(0.4, 0.4f32.hypot(1.0), 1.0).normalize()),
+            (scaled(1.0, 1.0, 1.0), usual),
+        ] {
             let camera = Camera::framing_scene(&scene, None, 0.8, 1.0);
             assert!(camera.world_from_camera.transform_vector3(Vec3::Z).abs_diff_eq(expected, 1e-6), "{camera:?}");
             assert!(towards_eye(&scene, [None, None]).abs_diff_eq(expected, 1e-6));

@@ -5,7 +5,9 @@ use std::collections::HashSet;
 use glam::{Mat3, Vec2, Vec3};
 
 use crate::{
-    Bounds, Camera, Projection, Scene, near_plane,
+    Bounds, Camera, Projection, Scene,
+    framing::THREE_QUARTER,
+    near_plane,
     sight::{Face, Hit, look},
 };
 
@@ -31,7 +33,8 @@ impl Camera {
     /// and the view from inside has much more detail: four times as many triangles per ray hit.
     pub fn overview(scene: &Scene, fov_y: Option<f32>, aspect: f32) -> (Self, bool) {
         let outside = Self::framing_scene(scene, None, fov_y.unwrap_or(45f32.to_radians()), aspect);
-        let stats = HitStats::through(scene, &outside, aspect);
+        let level = Self::framing_from(scene, THREE_QUARTER, fov_y.unwrap_or(45f32.to_radians()), aspect);
+        let stats = HitStats::through(scene, &level, aspect);
         // Neither back faces of walls, nor large plain walls.
         if stats.surfaces == 0.0 || (stats.fronts > 0.5 && stats.detail > MOST_PLAIN) {
             return (outside, false);

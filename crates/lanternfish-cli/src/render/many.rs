@@ -94,10 +94,13 @@ impl ManyArgs {
         match &self.render.output.output {
             None => Ok(PathBuf::new()),
             Some(path) if path.is_dir() => Ok(path.clone()),
-            Some(path) => refused(
-                &format!("{}: several scenes, and this is no folder", path.display()),
-                "name a folder that exists",
-            ),
+            Some(path) if !path.exists() && path.extension().is_none() => match fs::create_dir(path) {
+                Ok(()) => Ok(path.clone()),
+                Err(error) => refused(&format!("{}: {error}", path.display()), "name another folder"),
+            },
+            Some(path) => {
+                refused(&format!("{}: several scenes, and this is no folder", path.display()), "name a folder")
+            }
         }
     }
 

@@ -248,7 +248,6 @@ fn gpu_a_hidden_background_gives_files_alpha() {
 fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("models")).unwrap();
-    fs::create_dir(folder.path().join("images")).unwrap();
     for name in ["b.gltf", "a.gltf", "notes.txt"] {
         fs::write(folder.path().join("models").join(name), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
     }
@@ -267,9 +266,12 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
     assert!(errors.contains("missing.glb") && names(&folder.path().join("images")) == ["a.png", "b.png"], "{errors}");
     let image = read_png(&folder.path().join("images/b.png")).unwrap();
     assert_eq!((image.width, image.height), (256, 256));
-    for (words, why) in
-        [("models -o one.png", "no folder"), ("models --report a.json", "--report"), ("images", "without a scene")]
-    {
+    for (words, why) in [
+        ("models -o one.png", "no folder"),
+        ("models --report a.json", "--report"),
+        ("images", "without a scene"),
+        ("models -o missing/images", "missing"),
+    ] {
         let (code, _, errors) = run(words);
         assert!(code == Some(1) && errors.contains(why), "{words}: {errors}");
     }

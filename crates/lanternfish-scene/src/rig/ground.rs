@@ -29,11 +29,12 @@ pub fn suits(scene: &Scene, camera: &Camera) -> bool {
 }
 
 /// Adds a disk just below the scene, for `camera`; returns the index of its instance. Every point has the albedo at which light of the
-/// environment, the sky and directional lights that nothing blocks makes it as bright as the environment behind it.
-pub fn add(scene: &mut Scene, camera: &Camera) -> usize {
+/// environment, the sky and directional lights that nothing blocks makes it as bright as the environment behind it. `found`: the fraction
+/// of this light that a renderer finds.
+pub fn add(scene: &mut Scene, camera: &Camera, found: f32) -> usize {
     let bounds = scene.bounds();
     let (center, radius) = place(&bounds);
-    let irradiance = irradiance(scene);
+    let irradiance = found * irradiance(scene);
     let behind = |p: Vec3| {
         let direction = (p - camera.eye()).normalize_or(Vec3::NEG_Y);
         scene.environment.as_ref().map_or(scene.sky, |environment| environment.radiance(direction))
@@ -118,7 +119,7 @@ mod tests {
             scene.sky = Vec3::splat(0.5);
             scene.lights.push(crate::Light::directional(Vec3::NEG_Y, Vec3::splat(sun)));
             let bottom = scene.bounds().min.y;
-            let index = add(&mut scene, &camera);
+            let index = add(&mut scene, &camera, 1.0);
             let instance = &scene.instances[index];
             let primitive = &scene.meshes[instance.mesh].primitives[0];
             let expected = Vec3::splat(albedo).extend(1.0);
@@ -157,7 +158,7 @@ mod tests {
         assert!(!suits(&Scene::default(), &camera));
         let mut lit = scene;
         rig::LightRig::Studio.add(&mut lit, &camera, 1.0);
-        let index = add(&mut lit, &camera);
+        let index = add(&mut lit, &camera, 1.0);
         let colors = &lit.meshes[lit.instances[index].mesh].primitives[0].colors;
         assert!(colors.iter().all(|color| color.x > 0.02 && color.x < 0.4), "the studio is grey: {:?}", colors[0]);
     }
