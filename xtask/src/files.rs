@@ -31,6 +31,12 @@ fn make_folder_of(path: &Path) -> Result<(), String> {
     at(path, fs::create_dir_all(path.parent().expect("a file lies in a folder")))
 }
 
+/// Hash (FNV-1a) of pieces of data, as if they were one.
+pub fn hash<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> u64 {
+    let bytes = pieces.into_iter().flatten();
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
 /// Creates an empty folder.
 pub fn make_empty(folder: &Path) -> Result<(), String> {
     if folder.exists() {

@@ -17,6 +17,7 @@ mod imports;
 mod interface;
 #[cfg(test)]
 mod links;
+mod pictures;
 mod program;
 mod quality;
 mod same;
@@ -44,6 +45,9 @@ cargo xtask hardware [papers]
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
+cargo xtask pictures [NAME...]
+                           makes the images of docs/gallery.md and docs/any-file.md again, or those of these names: hours without a
+                           graphics card; a test fails once they are 60 days older than the last commit
 cargo xtask shader-stats [TEXT | --write | --page MESA]
                            what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
                            that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
@@ -75,6 +79,7 @@ fn main() -> ExitCode {
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
+        "pictures" => pictures::run(&words, may_install),
         "audit" => audit::run_audit(),
         "check" => check::run(),
         "interface" => interface::run(&words),

@@ -141,14 +141,10 @@ fn driver(adapters: &str) -> Result<String, String> {
 fn hash_of(folder: &Path) -> std::io::Result<String> {
     let mut paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>()?;
     paths.sort();
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    for path in paths {
-        let file = fs::read(&path)?;
-        for byte in pixels(&file).ok_or_else(|| std::io::Error::other(format!("{}: no EXR file", path.display())))? {
-            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-    Ok(format!("{hash:016x}"))
+    let images = paths.iter().map(fs::read).collect::<std::io::Result<Vec<_>>>()?;
+    let no_image = || std::io::Error::other(format!("{}: a file that is no EXR image", folder.display()));
+    let pixels = images.iter().map(|file| pixels(file).ok_or_else(no_image)).collect::<std::io::Result<Vec<_>>>()?;
+    Ok(format!("{:016x}", files::hash(pixels)))
 }
 
 /// The compressed pixels of an EXR file of one part: what follows header and offsets, since the header names the settings.
