@@ -187,9 +187,9 @@ impl Output {
         self.background != Background::Environment
     }
 
-    /// The opacity of an image's pixels, unless it has the environment for a background.
+    /// The opacity of an image's pixels, unless it has the environment for a background. That of a shadow catcher is noisy.
     fn alpha(&self, rendering: &RenderedImage) -> Option<Vec<f32>> {
-        self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| *alpha).collect())
+        self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| alpha.clamp(0.0, 1.0)).collect())
     }
 }
 

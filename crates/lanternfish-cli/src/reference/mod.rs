@@ -85,7 +85,8 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     }
 
     let is_seen = settings.integrator == Integrator::Path;
-    let lights = Lighting { is_seen, reaches_surfaces: true, is_metered: false, ..Lighting::of(flags) };
+    let lights =
+        Lighting { is_seen, reaches_surfaces: true, catches_shadows: false, is_metered: false, ..Lighting::of(flags) };
     let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
     let Stage { mut scene, motion, cameras, rig, .. } = Stage::of(&shot, views, lights, &mut progress, check)?;
