@@ -320,7 +320,7 @@ pub(crate) fn has_light(flags: &LightArgs) -> bool {
 mod tests {
     use clap::Parser;
     use lanternfish::Report;
-    use lanternfish_scene::{Projection, Viewpoint, generate::demo};
+    use lanternfish_scene::{AlphaMode, Projection, Viewpoint, generate::demo};
 
     use super::*;
     use crate::cli::{Cli, Command};
@@ -410,6 +410,11 @@ mod tests {
         let hidden = Lighting { takes_ground: false, ..lighting };
         assert!(!stands("", hidden) && stands("--ground on", hidden));
         assert!(!stands("--ground on", Lighting { is_seen: false, ..lighting }));
+        let mut scene = ball.clone();
+        let over_white = Lighting { takes_ground: false, catches_shadows: true, ..lighting };
+        let added = light(&mut scene, &flags("--ground on"), &camera, over_white, |_| ()).unwrap();
+        let material = scene.materials.last().unwrap();
+        assert!(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }) && added.ground.is_some());
         // It turns with the studio, about the object.
         let added = light(&mut ball, &flags(""), &camera, lighting, |_| ()).unwrap();
         added.revolve(&mut ball, 1.0);

@@ -129,6 +129,18 @@ impl Output {
         }
     }
 
+    /// Memory that writing these quantities needs besides, bytes per pixel: copies of 32-bit values, and the encoded file.
+    pub fn bytes_of(&self, quantities: &[Quantity]) -> u64 {
+        let channels = quantities.iter().map(|quantity| quantity.channels());
+        match self.format {
+            // One after the other: the values, as 16-bit numbers and as bytes, and the encoded file.
+            Format::Png | Format::Jpeg => (4 + 2 + 2 + 2) * channels.max().unwrap_or(0),
+            // Of all at once the values, as channels and encoded.
+            Format::Exr => (4 + 4 + 4) * channels.sum::<u64>(),
+            Format::Npz => 4 * channels.sum::<u64>(),
+        }
+    }
+
     /// Writes images of one size as layers of an EXR file, by name, with texts.
     pub fn write_layers(
         &self,
@@ -313,6 +325,14 @@ mod tests {
             assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".jpg (tone-mapped)"), "{name}");
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "checking leaves nothing behind");
+    }
+
+    #[test]
+    fn writing_quantities_takes_memory_for_each_or_the_largest() {
+        let folder = tempfile::tempdir().unwrap();
+        let quantities = crate::outputs::quantities("depth,normal,motion").unwrap().0;
+        let of = |name: &str| chosen(&folder.path().join(name)).unwrap().bytes_of(&quantities);
+        assert_eq!(["a.png", "a.exr", "a.npz"].map(of), [30, 72, 24]);
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub use {
         write_exr_layers,
     },
     image_errors::{RELATIVE_EPSILON, Spread},
-    jpeg_file::{check_jpeg, write_jpeg},
+    jpeg_file::{read_jpeg, write_jpeg},
     pair::PixelFaults,
     png_file::{read_png_texts, write_png_with_texts},
     write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside},

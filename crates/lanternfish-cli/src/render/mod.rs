@@ -75,7 +75,10 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     }
 
     let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
-    let of_outputs = if args.quantities().is_empty() { 0 } else { Aovs::BYTES_PER_PIXEL };
+    let of_outputs = match args.quantities() {
+        [] => 0,
+        quantities => Aovs::BYTES_PER_PIXEL + output.bytes_of(quantities),
+    };
     check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()) + of_outputs)?;
     if output.is_radiance() && settings.image.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
