@@ -9,6 +9,7 @@ mod compare;
 mod error;
 mod exr_file;
 mod flip;
+mod gif_file;
 mod image;
 mod image_errors;
 mod jpeg_file;
@@ -36,6 +37,7 @@ pub use {
         exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_channels, write_exr_image,
         write_exr_layers,
     },
+    gif_file::Animation,
     image_errors::{RELATIVE_EPSILON, Spread},
     jpeg_file::{read_jpeg, write_jpeg},
     pair::PixelFaults,

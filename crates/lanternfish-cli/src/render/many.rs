@@ -21,7 +21,7 @@ use crate::{
 /// Endings of scenes in a folder.
 const SCENES: [&str; 3] = ["glb", "gltf", "obj"];
 /// Endings of images.
-const IMAGES: [&str; 4] = ["png", "exr", "jpg", "npz"];
+const IMAGES: [&str; 5] = ["png", "exr", "jpg", "npz", "gif"];
 /// Size of thumbnails, pixels.
 const THUMBNAIL: &str = "256x256";
 
