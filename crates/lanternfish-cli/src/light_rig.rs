@@ -379,7 +379,7 @@ mod tests {
         assert_eq!((of(LightRig::Sun, 1.0), of(LightRig::Studio, 0.0)), (None, None));
         scene.materials.iter_mut().for_each(|material| material.base_color = glam::Vec4::W);
         let of = |scale| AddedLights::add(LightRig::Studio, &mut scene.clone(), &camera, scale).exposure();
-        assert_eq!((of(1.0), of(4.0)), (Some(1.5), Some(-0.5)), "dark materials");
+        assert_eq!((of(1.0), of(4.0)), (Some(2.0), Some(0.0)), "dark materials");
     }
 
     #[test]

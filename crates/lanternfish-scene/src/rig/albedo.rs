@@ -8,11 +8,11 @@ use crate::{Material, Primitive, Scene, linear_from_srgb};
 /// Mean base colour below which objects are dark: their shades are hardly distinct at 0 EV.
 const DARK: f32 = 0.05;
 /// The most that dark objects are brightened, EV.
-const MOST: f32 = 1.5;
+const MOST: f32 = 2.0;
 /// Largest number of triangles of a primitive that are read, evenly spaced.
 const MOST_TRIANGLES: usize = 1 << 12;
 
-/// Exposure at which the studio shows a scene's materials, EV in steps of 1/8: 0, or up to 1.5 if their mean base colour is below 0.05.
+/// Exposure at which the studio shows a scene's materials, EV in steps of 1/8: 0, or up to 2 if their mean base colour is below 0.05.
 pub fn exposure(scene: &Scene) -> f32 {
     let ev = mean_base_color(scene).map_or(0.0, |mean| (DARK / mean).log2().clamp(0.0, MOST));
     (8.0 * ev).round() / 8.0
@@ -98,7 +98,7 @@ mod tests {
         let tinted =
             |factor: f32| Material { base_color: Vec4::new(factor, factor, factor, 1.0), ..Material::default() };
         assert_eq!((of([255; 3], tinted(1.0)), of([255; 3], tinted(0.05))), (0.0, 0.0));
-        assert_eq!((of([255; 3], tinted(0.025)), of([0; 3], tinted(1.0))), (1.0, 1.5));
+        assert_eq!((of([255; 3], tinted(0.025)), of([0; 3], tinted(1.0))), (1.0, 2.0));
         // 63 of 255 is 0.05; the texture's white half is not shown.
         assert_eq!((of([63; 3], tinted(1.0)), of([63; 3], tinted(0.5))), (0.0, 1.0));
         assert_eq!(of([0; 3], Material { unlit: true, ..tinted(1.0) }), 0.0);
