@@ -31,8 +31,9 @@ pub struct ManyArgs {
     /// The flags, and the first scene.
     #[command(flatten)]
     pub render: RenderArgs,
-    /// More scenes, and folders of scenes without their subfolders, each to an image of its own name, name-2.png if an earlier one has it;
-    /// then -o names a folder.
+    /// More scenes, and folders of scenes, each to an image of its own name; then -o names a folder.
+    ///
+    /// Subfolders are left out. If an earlier image has the name, it is name-2.png.
     #[arg(value_name = "SCENE", help_heading = None::<&'static str>, hide_short_help = true)]
     pub more: Vec<SceneName>,
     /// Images of 256 x 256 pixels, also of a folder of scenes: --size chooses another size.

@@ -267,7 +267,7 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
     let (code, said, errors) = run("both.toml models missing.glb --thumbnails -o images");
     // The others are rendered, and the failures are not forgotten.
     assert_eq!((code, said.as_str()), (Some(1), "images/a.png\nimages/b.png\n"));
-    assert!(errors.contains("both.toml: the argument '--view <SIDE>' cannot be used with"), "{errors}");
+    assert!(errors.contains("both.toml: the argument '--eye <x,y,z>' cannot be used with"), "{errors}");
     assert!(errors.contains("note: not rendered, unless named: scenes in models/more\n"), "{errors}");
     assert!(errors.contains("missing.glb") && names(&folder.path().join("images")) == ["a.png", "b.png"], "{errors}");
     let image = read_png(&folder.path().join("images/b.png")).unwrap();
