@@ -182,8 +182,8 @@ pub struct OutputArgs {
     /// The image: .png or .jpg (tone-mapped) or .exr (linear).
     ///
     /// Its ending chooses the format: .png or .jpg (tone-mapped), .exr (linear, scene-referred, half floats) or .npz (the same as an array
-    /// for NumPy). Without it: the name of the scene or shot with .png, in the current folder. -o - writes a PNG image to standard
-    /// output.
+    /// for NumPy); .gif holds all frames of a sequence. Without it: the name of the scene or shot with .png, in the current folder. -o -
+    /// writes a PNG image to standard output.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the image, pixels.

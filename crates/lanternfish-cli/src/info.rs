@@ -95,7 +95,7 @@ fn describe(scene: &Scene) -> String {
     let modes = scene.materials.iter().map(|material| match material.alpha_mode {
         _ if material.is_transparent() => "blend",
         AlphaMode::Mask { .. } => "mask",
-        AlphaMode::Opaque | AlphaMode::Blend => "opaque",
+        AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::ShadowCatcher { .. } => "opaque",
     });
     lines.count("materials", scene.materials.len(), by_kind(modes, &["opaque", "mask", "blend"]));
     let features: Vec<_> = scene.materials.iter().flat_map(features).collect();

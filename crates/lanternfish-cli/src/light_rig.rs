@@ -7,7 +7,7 @@ use lanternfish::{
 };
 use lanternfish_scene::{
     Bounds, Camera, LightKind, Scene,
-    rig::{self, LightRig, ground},
+    rig::{self, LightRig, albedo, ground},
 };
 
 use crate::{
@@ -24,6 +24,8 @@ pub(crate) struct Lighting {
     pub reaches_surfaces: bool,
     /// True if the image shows the environment, from one side: a ground that looks like it may be added.
     pub takes_ground: bool,
+    /// True if a ground shows shadows only: there is no environment behind it.
+    pub catches_shadows: bool,
     /// True if the exposure is metered, so that a rig can be scaled to the scene's lamps.
     pub is_metered: bool,
 }
@@ -35,9 +37,11 @@ impl Lighting {
         let reaches_surfaces = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
         // Debug views need no light.
         // Output variables are those of the file.
-        let takes_ground = settings.image.background == Background::Environment && args.quantities().is_empty();
+        let catches_shadows = settings.image.background != Background::Environment;
+        let takes_ground = !catches_shadows && args.quantities().is_empty();
         let is_metered = settings.image.exposure == Exposure::Auto;
-        Self { is_seen: settings.image.debug_view.is_none(), reaches_surfaces, takes_ground, is_metered }
+        let is_seen = settings.image.debug_view.is_none();
+        Self { is_seen, reaches_surfaces, takes_ground, catches_shadows, is_metered }
     }
 }
 
@@ -49,7 +53,7 @@ const FOUND_IN_STUDIO: f32 = 0.965;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AddedLights {
     has_studio: bool,
-    /// Exposure at which a white sheet in the studio is white, EV, if nothing else lights the scene.
+    /// Exposure at which a white sheet in the studio is white, or that of dark materials, EV, if nothing else lights the scene.
     exposure: Option<f32>,
     /// Index of the sun among the scene's lights, and its direction before the orbit.
     sun: Option<(usize, Vec3)>,
@@ -72,7 +76,9 @@ impl AddedLights {
         let sun = added.find(|(_, light)| light.kind == LightKind::Directional);
         Self {
             has_studio,
-            exposure: (has_studio && is_alone).then(|| scale.recip().log2()).filter(|ev| ev.is_finite()),
+            exposure: (has_studio && is_alone)
+                .then(|| scale.recip().log2() + albedo::exposure(scene))
+                .filter(|ev| ev.is_finite()),
             sun: sun.map(|(index, light)| (index, light.direction)),
             ground: None,
             object: None,
@@ -89,12 +95,13 @@ impl AddedLights {
         if lighting.is_seen && is_wanted && !bounds.is_empty() {
             self.object = Some(bounds);
             let found = if self.has_studio { FOUND_IN_STUDIO } else { 1.0 };
-            let index = ground::add(scene, camera, found);
+            let index = ground::add(scene, camera, found, lighting.catches_shadows);
             self.ground = Some((index, scene.instances[index].world_from_object));
         }
     }
 
-    /// The automatic exposure, EV, of a scene that the studio alone lights: white materials are white, whatever else is in the image.
+    /// The automatic exposure, EV, of a scene that the studio alone lights: white materials are white, whatever else is in the image; dark
+    /// scenes are brighter.
     pub fn exposure(&self) -> Option<f32> {
         self.exposure
     }
@@ -313,7 +320,7 @@ pub(crate) fn has_light(flags: &LightArgs) -> bool {
 mod tests {
     use clap::Parser;
     use lanternfish::Report;
-    use lanternfish_scene::{Projection, Viewpoint, generate::demo};
+    use lanternfish_scene::{AlphaMode, Projection, Viewpoint, generate::demo};
 
     use super::*;
     use crate::cli::{Cli, Command};
@@ -370,6 +377,9 @@ mod tests {
         let of = |rig, scale| AddedLights::add(rig, &mut scene.clone(), &camera, scale).exposure();
         assert_eq!((of(LightRig::Studio, 1.0), of(LightRig::Studio, 4.0)), (Some(0.0), Some(-2.0)));
         assert_eq!((of(LightRig::Sun, 1.0), of(LightRig::Studio, 0.0)), (None, None));
+        scene.materials.iter_mut().for_each(|material| material.base_color = glam::Vec4::W);
+        let of = |scale| AddedLights::add(LightRig::Studio, &mut scene.clone(), &camera, scale).exposure();
+        assert_eq!((of(1.0), of(4.0)), (Some(2.0), Some(0.0)), "dark materials");
     }
 
     #[test]
@@ -378,7 +388,13 @@ mod tests {
         (ball.lights, ball.sky) = (Vec::new(), Vec3::ZERO);
         ball.instances.truncate(1);
         let camera = Camera::framing_scene(&ball, Some(Viewpoint::Iso), 0.8, 1.5);
-        let lighting = Lighting { is_seen: true, reaches_surfaces: true, takes_ground: true, is_metered: false };
+        let lighting = Lighting {
+            is_seen: true,
+            reaches_surfaces: true,
+            takes_ground: true,
+            catches_shadows: false,
+            is_metered: false,
+        };
         let stands = |words, lighting| {
             let mut scene = ball.clone();
             let added = light(&mut scene, &flags(words), &camera, lighting, |_| ()).unwrap();
@@ -394,6 +410,11 @@ mod tests {
         let hidden = Lighting { takes_ground: false, ..lighting };
         assert!(!stands("", hidden) && stands("--ground on", hidden));
         assert!(!stands("--ground on", Lighting { is_seen: false, ..lighting }));
+        let mut scene = ball.clone();
+        let over_white = Lighting { takes_ground: false, catches_shadows: true, ..lighting };
+        let added = light(&mut scene, &flags("--ground on"), &camera, over_white, |_| ()).unwrap();
+        let material = scene.materials.last().unwrap();
+        assert!(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }) && added.ground.is_some());
         // It turns with the studio, about the object.
         let added = light(&mut ball, &flags(""), &camera, lighting, |_| ()).unwrap();
         added.revolve(&mut ball, 1.0);

@@ -9,7 +9,7 @@ use clap::{
 };
 
 /// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 32] = [
+const ELSEWHERE: [(&str, &str); 33] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -34,6 +34,7 @@ const ELSEWHERE: [(&str, &str); 32] = [
     ("--animation-time", "--time SECONDS is the moment of an animation"),
     ("--no-env", "--light-rig none leaves the built-in lights out; without --environment there is no environment"),
     ("--bg", BACKGROUND),
+    ("--background", "only `render` and `view` hide what is behind the scene; the path tracer shows the environment"),
     ("--background-color", BACKGROUND),
     ("--transparent", BACKGROUND),
     ("--alpha", BACKGROUND),

@@ -36,6 +36,8 @@ enum Format {
     Png,
     /// The same, compressed with losses.
     Jpeg,
+    /// The same in 256 colours, for all frames of a sequence.
+    Gif,
     /// Linear, scene-referred, half-precision floats.
     Exr,
     /// Linear, scene-referred, an array of 32-bit floats.
@@ -67,10 +69,21 @@ impl Output {
         } else {
             return Err(CliError::new(
                 format_args!("{}: unsupported output format", path.display()),
-                "end the name with .png or .jpg (tone-mapped), .exr (linear) or .npz (linear, for NumPy)",
+                "end the name with .png or .jpg (tone-mapped), .exr (linear) or .npz (linear, for NumPy); .gif is for --orbit and --frames",
             ));
         };
         Ok(Self { path, format, background: Background::Environment })
+    }
+
+    /// A .gif file for all frames of a sequence; `None` for other files.
+    pub fn animation(path: Option<&Path>) -> Option<Self> {
+        let path = path.filter(|path| has_ending(path, "gif"))?.to_owned();
+        Some(Self { path, format: Format::Gif, background: Background::Environment })
+    }
+
+    /// True for the file of an animation, to which each frame is added.
+    pub fn is_animation(&self) -> bool {
+        self.format == Format::Gif
     }
 
     /// The file for images with this background: with alpha, if it holds any.
@@ -78,8 +91,11 @@ impl Output {
         Self { background, ..self }
     }
 
-    /// The file of one frame of a sequence: `name.0001.png`.
+    /// The file of one frame of a sequence: `name.0001.png`, or the animation.
     pub fn numbered(&self, number: u32) -> Self {
+        if self.is_animation() {
+            return self.clone();
+        }
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
         name.push(self.path.extension().unwrap_or_default());
@@ -88,10 +104,15 @@ impl Output {
 
     /// True if the file holds scene radiance, not display colours.
     pub fn is_radiance(&self) -> bool {
-        !matches!(self.format, Format::Png | Format::Jpeg)
+        matches!(self.format, Format::Exr | Format::Npz)
     }
 
-    /// True for a JPEG file, which holds no opacity.
+    /// True if the format has no opacity.
+    pub fn is_opaque(&self) -> bool {
+        matches!(self.format, Format::Jpeg | Format::Gif)
+    }
+
+    /// True for a JPEG file.
     pub fn is_jpeg(&self) -> bool {
         self.format == Format::Jpeg
     }
@@ -122,10 +143,22 @@ impl Output {
     /// Memory that writing an image needs, bytes per pixel.
     pub fn bytes_per_pixel(&self) -> u64 {
         match self.format {
-            Format::Png | Format::Jpeg => 4,
+            Format::Png | Format::Jpeg | Format::Gif => 4,
             // Four floats, and four halves in the encoded file.
             Format::Exr => 16 + 8,
             Format::Npz => 16,
+        }
+    }
+
+    /// Memory that writing these quantities needs besides, bytes per pixel: copies of 32-bit values, and the encoded file.
+    pub fn bytes_of(&self, quantities: &[Quantity]) -> u64 {
+        let channels = quantities.iter().map(|quantity| quantity.channels());
+        match self.format {
+            // One after the other: the values, as 16-bit numbers and as bytes, and the encoded file.
+            Format::Png | Format::Jpeg | Format::Gif => (4 + 2 + 2 + 2) * channels.max().unwrap_or(0),
+            // Of all at once the values, as channels and encoded.
+            Format::Exr => (4 + 4 + 4) * channels.sum::<u64>(),
+            Format::Npz => 4 * channels.sum::<u64>(),
         }
     }
 
@@ -164,6 +197,7 @@ impl Output {
                 surfaces.map_or(Ok(()), |surfaces| surfaces.write_png(|ending| self.beside(ending)))?;
                 write_jpeg(&self.path, [rendering.width, rendering.height], &images::rgb(rendering))?;
             }
+            (Format::Gif, _) => unreachable!("frames are added to it"),
             (Format::Exr, None) => {
                 let alpha = self.alpha(rendering);
                 write_exr_image(&self.path, &[("", &radiance(rendering)?, alpha.as_deref())], &texts)?;
@@ -187,9 +221,9 @@ impl Output {
         self.background != Background::Environment
     }
 
-    /// The opacity of an image's pixels, unless it has the environment for a background.
+    /// The opacity of an image's pixels, unless it has the environment for a background. That of a shadow catcher is noisy.
     fn alpha(&self, rendering: &RenderedImage) -> Option<Vec<f32>> {
-        self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| *alpha).collect())
+        self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| alpha.clamp(0.0, 1.0)).collect())
     }
 }
 
@@ -313,6 +347,14 @@ mod tests {
             assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".jpg (tone-mapped)"), "{name}");
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "checking leaves nothing behind");
+    }
+
+    #[test]
+    fn writing_quantities_takes_memory_for_each_or_the_largest() {
+        let folder = tempfile::tempdir().unwrap();
+        let quantities = crate::outputs::quantities("depth,normal,motion").unwrap().0;
+        let of = |name: &str| chosen(&folder.path().join(name)).unwrap().bytes_of(&quantities);
+        assert_eq!(["a.png", "a.exr", "a.npz"].map(of), [30, 72, 24]);
     }
 
     #[test]

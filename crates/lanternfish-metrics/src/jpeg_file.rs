@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use image::{ExtendedColorType, ImageEncoder as _, ImageError, codecs::jpeg::JpegEncoder};
+use image::{
+    ExtendedColorType, ImageEncoder as _, ImageError,
+    codecs::jpeg::{JpegDecoder, JpegEncoder},
+};
 
-use crate::{MetricsError, write_aside};
+use crate::{MetricsError, RgbImage, png_file::read_display, write_aside};
 
 /// Quality of the format's own scale up to 100: differences to the image are hardly visible.
 const QUALITY: u8 = 92;
@@ -24,11 +27,9 @@ pub fn write_jpeg(path: &Path, [width, height]: [u32; 2], pixels: &[u8]) -> Resu
         .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
 }
 
-/// Width and height of a complete JPEG file, pixels. All pixels are decoded.
-pub fn check_jpeg(path: &Path) -> Result<(usize, usize), MetricsError> {
-    let invalid = |what: String| MetricsError::Invalid { path: path.to_owned(), what };
-    let read = || image::open(path).map(|image| (image.width() as usize, image.height() as usize));
-    lanternfish_limits::caught(read).map_err(invalid)?.map_err(|error| invalid(format!("not a JPEG image ({error})")))
+/// Reads display values: sRGB-encoded, 0..=1. A grey image gets three equal channels.
+pub fn read_jpeg(path: &Path) -> Result<RgbImage, MetricsError> {
+    read_display(path, "JPEG", JpegDecoder::new)
 }
 
 #[cfg(test)]
@@ -38,11 +39,11 @@ fn a_jpeg_file_is_nearly_the_image() {
     let path = folder.path().join("image.jpg");
     let pixels: Vec<u8> = (0..48 * 32).flat_map(|i| [(i % 48 * 5) as u8, 100, 200]).collect();
     write_jpeg(&path, [48, 32], &pixels).unwrap();
-    assert_eq!(check_jpeg(&path).unwrap(), (48, 32));
-    let read = image::open(&path).unwrap().into_rgb8();
-    let most = read.as_raw().iter().zip(&pixels).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-    assert!(most <= 24, "{most}");
+    let read = read_jpeg(&path).unwrap();
+    assert_eq!((read.width, read.height), (48, 32));
+    let most = read.pixels.as_flattened().iter().zip(&pixels).map(|(a, b)| (255.0 * a - f32::from(*b)).abs());
+    assert!(most.fold(0.0, f32::max) <= 24.0);
     assert!(write_jpeg(&path, [48, 31], &pixels).is_err());
     std::fs::write(&path, &std::fs::read(&path).unwrap()[..100]).unwrap();
-    assert!(check_jpeg(&path).is_err());
+    assert!(read_jpeg(&path).is_err());
 }

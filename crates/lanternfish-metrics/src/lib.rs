@@ -9,6 +9,7 @@ mod compare;
 mod error;
 mod exr_file;
 mod flip;
+mod gif_file;
 mod image;
 mod image_errors;
 mod jpeg_file;
@@ -36,8 +37,9 @@ pub use {
         exr_layer_size, exr_layers, read_exr_attributes, read_exr_layer, write_exr_channels, write_exr_image,
         write_exr_layers,
     },
+    gif_file::Animation,
     image_errors::{RELATIVE_EPSILON, Spread},
-    jpeg_file::{check_jpeg, write_jpeg},
+    jpeg_file::{read_jpeg, write_jpeg},
     pair::PixelFaults,
     png_file::{read_png_texts, write_png_with_texts},
     write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside},

@@ -2,11 +2,12 @@
 
 use std::{
     collections::BTreeMap,
+    fs::File,
     io::{self, BufReader},
     path::Path,
 };
 
-use image::{DynamicImage, ImageDecoder, ImageError, codecs::png::PngDecoder};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageResult, codecs::png::PngDecoder};
 use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, open_file::open_file, write_aside};
@@ -111,17 +112,27 @@ pub fn read_png_texts(path: &Path) -> Result<BTreeMap<String, String>, MetricsEr
 /// Channels have 8 or 16 bits. Alpha is dropped, and the colours are used as stored. A gamma or colour profile in the
 /// file is ignored.
 pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
+    read_display(path, "PNG", PngDecoder::new)
+}
+
+/// The same of a file of another format.
+pub(crate) fn read_display<D: ImageDecoder>(
+    path: &Path,
+    format: &str,
+    decoder: impl FnOnce(BufReader<File>) -> ImageResult<D>,
+) -> Result<RgbImage, MetricsError> {
     let failed = |error| match error {
         ImageError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
             MetricsError::Io { path: path.to_owned(), source }
         }
         error => {
-            MetricsError::Invalid { path: path.to_owned(), what: format!("not a PNG image that can be read ({error})") }
+            let what = format!("not a {format} image that can be read ({error})");
+            MetricsError::Invalid { path: path.to_owned(), what }
         }
     };
     let file = open_file(path).map_err(|error| failed(error.into()))?;
     let decode = || {
-        let decoder = PngDecoder::new(BufReader::new(file)).map_err(failed)?;
+        let decoder = decoder(BufReader::new(file)).map_err(failed)?;
         let (width, height) = decoder.dimensions();
         // The decoded bytes, plus 12 bytes per pixel as floats and 12 as stored.
         let bytes = decoder.total_bytes().saturating_add(24 * u64::from(width) * u64::from(height));

@@ -196,7 +196,7 @@ impl<'a> World<'a> {
         let source = &self.sources[hit.triangle as usize];
         let material = self.material(source);
         match material.alpha_mode {
-            AlphaMode::Opaque => 1.0,
+            AlphaMode::Opaque | AlphaMode::ShadowCatcher { .. } => 1.0,
             AlphaMode::Mask { cutoff } => f32::from(self.alpha(hit, source, material) >= cutoff),
             AlphaMode::Blend => self.alpha(hit, source, material),
         }
@@ -232,7 +232,7 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
         let kind = match material.alpha_mode {
             _ if !lambert && material.is_thin_dielectric() => Kind::ThinDielectric,
             AlphaMode::Mask { .. } | AlphaMode::Blend => Kind::Alpha,
-            AlphaMode::Opaque => Kind::Solid,
+            AlphaMode::Opaque | AlphaMode::ShadowCatcher { .. } => Kind::Solid,
         };
         let world = |i: u32| Vec3A::from(instance.world_from_object.transform_point3(primitive.positions[i as usize]));
         for (i, corners) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {

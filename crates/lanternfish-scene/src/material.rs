@@ -288,6 +288,12 @@ pub enum AlphaMode {
     },
     /// The surface is blended over its background by alpha.
     Blend,
+    /// Opaque to light. In an image whose background is hidden it shows only the shadows on it: black, as opaque as light is missing, times
+    /// alpha.
+    ShadowCatcher {
+        /// Radiance where nothing shadows it, nits, the mean of the channels; above 0.
+        unshadowed: f32,
+    },
 }
 
 /// How a material reads a texture.

@@ -3,6 +3,7 @@
 //! Use [`studio`], [`sun`], [`sky`] and [`lamp`] alone, or add a [`LightRig`] to a scene. [`is_dark`] tells if a scene
 //! needs one.
 
+pub mod albedo;
 pub mod ground;
 
 use glam::{Mat3, Vec2, Vec3};

@@ -93,7 +93,7 @@ pub struct LightArgs {
     /// A ground that shows the object's shadow: on or off.
     ///
     /// It looks like the environment behind it where no shadow falls, from the first image's camera. Without it: on in images of
-    /// an object in the studio, off otherwise.
+    /// an object in the studio, off otherwise. With --background only the shadow is visible.
     #[arg(long, value_name = "on|off", hide_short_help = true)]
     pub ground: Option<Ground>,
     /// Many coloured point lights: rain:N.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lanternfish_metrics::{MetricsError, Pair, RgbImage, exr_layers, read_exr, read_exr_layer, read_png};
+use lanternfish_metrics::{MetricsError, Pair, RgbImage, exr_layers, read_exr, read_exr_layer, read_jpeg, read_png};
 use lanternfish_scene::memory::Budget;
 
 use super::CompareArgs;
@@ -22,7 +22,7 @@ const BYTES_PER_PIXEL: u64 = 100;
 pub enum Kind {
     /// Linear radiance: EXR.
     Linear,
-    /// Display colours: PNG.
+    /// Display colours: PNG, JPEG.
     Display,
 }
 
@@ -46,7 +46,7 @@ impl Inputs {
         if kind != reference_kind {
             let (a, b) = (args.image.display(), args.reference.display());
             return Err(CliError::new(
-                format_args!("{a} and {b}: linear radiance (EXR) and display colours (PNG) cannot be compared"),
+                format_args!("{a} and {b}: linear radiance (EXR) and display colours (PNG, JPEG) cannot be compared"),
                 "render both as .exr, or both as .png",
             ));
         }
@@ -127,12 +127,12 @@ impl Variance {
 fn kind_of(path: &Path) -> Result<Kind, CliError> {
     if has_ending(path, "exr") {
         Ok(Kind::Linear)
-    } else if has_ending(path, "png") {
+    } else if ["png", "jpg", "jpeg"].iter().any(|ending| has_ending(path, ending)) {
         Ok(Kind::Display)
     } else {
         Err(CliError::new(
             format_args!("{}: unsupported format", path.display()),
-            "compare two .exr files (linear radiance), or two .png files (display colours)",
+            "compare two .exr files (linear radiance), or two .png or .jpg files (display colours)",
         ))
     }
 }
@@ -140,7 +140,8 @@ fn kind_of(path: &Path) -> Result<Kind, CliError> {
 fn read(path: &Path, kind: Kind) -> Result<RgbImage, CliError> {
     match kind {
         Kind::Linear => read_exr(path),
-        Kind::Display => read_png(path),
+        Kind::Display if has_ending(path, "png") => read_png(path),
+        Kind::Display => read_jpeg(path),
     }
     .map_err(failed)
 }

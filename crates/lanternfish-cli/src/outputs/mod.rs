@@ -72,6 +72,11 @@ impl Quantity {
         ALL[self as usize].2
     }
 
+    /// Number of its values for each pixel.
+    pub fn channels(self) -> u64 {
+        ALL[self as usize].3.len() as u64
+    }
+
     /// True if a PNG file cannot hold it.
     pub fn needs_floats(self) -> bool {
         self == Self::Position

@@ -15,7 +15,7 @@ mod trace;
 use std::{fmt::Write as _, slice, time::Instant};
 
 use clap::ArgMatches;
-use lanternfish::settings::{Exposure, ImageSettings};
+use lanternfish::settings::{Background, Exposure, ImageSettings};
 use lanternfish_reference::{
     Film, Settings, Tracer,
     settings::{Integrator, UNLIMITED},
@@ -80,12 +80,16 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     if is_track {
         progress.note("a reference is one image, at the start of the track; --time chooses another time");
     }
+    if flags.settings().image.background != Background::Environment {
+        progress.note("the shot's --background is not used: the path tracer shows the environment");
+    }
     if flags.lights.lights.is_some() && args.samples.seed.is_some() && flags.run.seed == 0 {
         progress.note("--seed is the seed of the noise; --rain-seed is the seed of --lights rain");
     }
 
     let is_seen = settings.integrator == Integrator::Path;
-    let lights = Lighting { is_seen, reaches_surfaces: true, is_metered: false, ..Lighting::of(flags) };
+    let lights =
+        Lighting { is_seen, reaches_surfaces: true, catches_shadows: false, is_metered: false, ..Lighting::of(flags) };
     let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
     let Stage { mut scene, motion, cameras, rig, .. } = Stage::of(&shot, views, lights, &mut progress, check)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lanternfish::debug_views::Scale;
-use lanternfish_metrics::{MetricsError, check_jpeg, exr_layer_size, exr_layers, read_exr_layer, read_png};
+use lanternfish_metrics::{MetricsError, exr_layer_size, exr_layers, read_exr_layer, read_jpeg, read_png};
 
 use crate::{
     args::RenderArgs,
@@ -66,11 +66,9 @@ impl Expected {
                     read_exr_layer(path, layer).map(drop).map_err(broken)
                 })
             }),
-            false if output.is_jpeg() => {
-                check_jpeg(path).map_err(broken).and_then(|size| self.check_size(output, size))
-            }
             false => {
-                read_png(path).map_err(broken).and_then(|image| self.check_size(output, (image.width, image.height)))
+                let read = if output.is_jpeg() { read_jpeg } else { read_png };
+                read(path).map_err(broken).and_then(|image| self.check_size(output, (image.width, image.height)))
             }
         };
         checked.err()

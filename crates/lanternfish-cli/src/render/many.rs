@@ -1,9 +1,8 @@
 //! Several scenes in one process, which opens the adapter and compiles shaders once.
 
 use std::{
-    collections::HashMap,
-    ffi::OsString,
-    fs,
+    collections::{HashMap, HashSet},
+    fs, io,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -22,7 +21,7 @@ use crate::{
 /// Endings of scenes in a folder.
 const SCENES: [&str; 3] = ["glb", "gltf", "obj"];
 /// Endings of images.
-const IMAGES: [&str; 4] = ["png", "exr", "jpg", "npz"];
+const IMAGES: [&str; 5] = ["png", "exr", "jpg", "npz", "gif"];
 /// Size of thumbnails, pixels.
 const THUMBNAIL: &str = "256x256";
 
@@ -33,6 +32,8 @@ pub struct ManyArgs {
     #[command(flatten)]
     pub render: RenderArgs,
     /// More scenes, and folders of scenes, each to an image of its own name; then -o names a folder.
+    ///
+    /// Subfolders are left out. If an earlier image has the name, it is name-2.png.
     #[arg(value_name = "SCENE", help_heading = None::<&'static str>, hide_short_help = true)]
     pub more: Vec<SceneName>,
     /// Images of 256 x 256 pixels, also of a folder of scenes: --size chooses another size.
@@ -58,7 +59,7 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
     let mut scenes = Vec::new();
     for scene in named {
         match is_folder(&scene) {
-            true => scenes.extend(scenes_in(scene.path())?),
+            true => scenes.extend(scenes_in(scene.path(), args.render.run.quiet)?),
             false => scenes.push(scene),
         }
     }
@@ -91,6 +92,10 @@ impl ManyArgs {
         if self.render.run.report.is_some() {
             return refused("--report with several scenes", "it is about one scene: render them one by one");
         }
+        if let Some(quantity) = self.render.quantities().iter().find(|quantity| quantity.needs_floats()) {
+            let what = format!("--outputs {} with several scenes: their images are .png files", quantity.name());
+            return refused(&what, "render them one by one, each with -o NAME.exr or NAME.npz");
+        }
         match &self.render.output.output {
             None => Ok(PathBuf::new()),
             Some(path) if path.is_dir() => Ok(path.clone()),
@@ -113,42 +118,47 @@ impl ManyArgs {
     }
 }
 
-/// The scenes in a folder, by name.
-fn scenes_in(folder: &Path) -> Result<Vec<SceneName>, CliError> {
-    let failed = |what: &dyn std::fmt::Display| {
-        CliError::new(format!("{}: {what}", folder.display()), "name a scene, or a folder of .glb, .gltf or .obj files")
-    };
-    let entries = fs::read_dir(folder).map_err(|error| failed(&error))?;
-    let mut paths = Vec::new();
-    for entry in entries {
-        paths.push(entry.map_err(|error| failed(&error))?.path());
+/// The scenes in a folder, by name. Notes subfolders that have scenes, too, unless it is to be `quiet`.
+fn scenes_in(folder: &Path, quiet: bool) -> Result<Vec<SceneName>, CliError> {
+    let failed =
+        |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", folder.display()), hint);
+    let is_scene = |path: &PathBuf| SCENES.iter().any(|ending| has_ending(path, ending));
+    let hint = "name a scene, or a folder of .glb, .gltf or .obj files";
+    let paths = entries(folder).map_err(|error| failed(&error, hint))?;
+    let has_scenes = |path: &&PathBuf| path.is_dir() && entries(path).is_ok_and(|paths| paths.iter().any(is_scene));
+    let others: Vec<_> = paths.iter().filter(has_scenes).map(|path| path.display().to_string()).collect();
+    let others = others.join(", ");
+    let scenes: Vec<_> = paths.into_iter().filter(is_scene).map(SceneName::from).collect();
+    match (scenes.is_empty(), others.is_empty()) {
+        (true, true) => return Err(failed(&"this is a folder, without a scene", hint)),
+        (true, false) => return Err(failed(&"this folder has scenes in others only", &format!("name them: {others}"))),
+        (false, false) if !quiet => error::say(&format_args!("note: not rendered, unless named: scenes in {others}")),
+        _ => {}
     }
-    paths.retain(|path| SCENES.iter().any(|ending| has_ending(path, ending)));
-    paths.sort();
-    match paths.is_empty() {
-        true => Err(failed(&"this is a folder, without a scene")),
-        false => Ok(paths.into_iter().map(SceneName::from).collect()),
-    }
+    Ok(scenes)
 }
 
-/// A name for the image of each scene: the scene's, with its own ending, too, where several would have one name, and a number where they
-/// still would.
+/// The paths in a folder, in order.
+fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// A name for the image of each scene: the scene's, with a number from 2 on if an earlier one has it.
 fn names(scenes: &[SceneName]) -> Vec<PathBuf> {
-    let mut taken: HashMap<PathBuf, usize> = HashMap::new();
-    let short: Vec<_> = scenes.iter().map(output::default_path).collect();
-    let is_unique = |name: &PathBuf| short.iter().filter(|other| *other == name).count() == 1;
-    let named = scenes.iter().zip(&short).map(|(scene, short)| {
-        let mut name: OsString = match scene.path().file_name().filter(|_| !is_unique(short) && scene.demo().is_none())
-        {
-            Some(name) => [name, ".png".as_ref()].into_iter().collect(),
-            None => short.clone().into(),
-        };
-        let count = taken.entry(PathBuf::from(&name)).or_default();
-        *count += 1;
-        if *count > 1 {
-            name = Path::new(&name).with_extension(format!("{count}.png")).into();
+    let (mut taken, mut counts) = (HashSet::new(), HashMap::<_, u32>::new());
+    let named = scenes.iter().map(|scene| {
+        let name = output::default_path(scene);
+        let count = counts.entry(name.clone()).or_insert(1);
+        let mut free = name.clone();
+        while !taken.insert(free.clone()) {
+            *count += 1;
+            let mut stem = name.file_stem().unwrap_or_default().to_owned();
+            stem.push(format!("-{count}.png"));
+            free = stem.into();
         }
-        PathBuf::from(name)
+        free
     });
     named.collect()
 }
@@ -156,7 +166,7 @@ fn names(scenes: &[SceneName]) -> Vec<PathBuf> {
 #[cfg(test)]
 #[test]
 fn every_scene_has_an_image_of_its_own() {
-    let scenes = ["a/cup.glb", "b/cup.obj", "hat.glb", "c/cup.glb", "demo:hall"].map(SceneName::from);
-    let expected = ["cup.glb.png", "cup.obj.png", "hat.png", "cup.glb.2.png", "hall.png"].map(PathBuf::from);
+    let scenes = ["a/cup.glb", "b/cup.obj", "hat.glb", "cup-2.glb", "c/cup.glb", "demo:hall"].map(SceneName::from);
+    let expected = ["cup.png", "cup-2.png", "hat.png", "cup-2-2.png", "cup-3.png", "hall.png"].map(PathBuf::from);
     assert_eq!(names(&scenes), expected);
 }

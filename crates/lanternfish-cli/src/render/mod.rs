@@ -20,6 +20,7 @@ use lanternfish::{
     settings::{Background, DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Engine, Gpu, driver_warning};
+use lanternfish_metrics::Animation;
 use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
@@ -75,8 +76,16 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     }
 
     let images = if args.stereo.stereo.is_some() { 2 } else { 1 };
-    let of_outputs = if args.quantities().is_empty() { 0 } else { Aovs::BYTES_PER_PIXEL };
-    check_image_memory(size, images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()) + of_outputs)?;
+    let of_outputs = match args.quantities() {
+        [] => 0,
+        quantities => Aovs::BYTES_PER_PIXEL + output.bytes_of(quantities),
+    };
+    // An animation is kept until its end.
+    let of_frames = if output.is_animation() { images * planned.len() as u64 } else { 0 };
+    check_image_memory(
+        size,
+        of_frames + images * (RenderedImage::BYTES_PER_PIXEL + output.bytes_per_pixel()) + of_outputs,
+    )?;
     if output.is_radiance() && settings.image.exposure != Exposure::Auto {
         progress.note("--exposure does not change an .exr file, which holds radiance; it is for .png");
     }
@@ -129,6 +138,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         let is_next = next.is_some_and(|next| next.time == first.time && next.view == first.view);
         renderings.meter(&first, camera_of_first, is_next, &mut progress)?;
     }
+    renderings.animation = output.is_animation().then(|| Animation::new(args.track.fps));
     let mut last = String::new();
     for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
         let before = planned.before.as_ref().and_then(|before| Some((before, cameras_before.next()?)));
@@ -146,6 +156,9 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         }
     }
 
+    if let Some(animation) = renderings.animation.take() {
+        progress.step("write", &format!("Writing {}", output.path.display()), || animation.write(&output.path))?;
+    }
     progress.warn(lost_cells(&renderings.cost.counters));
     let mut seconds = progress.finish();
     seconds.push(("total", started.elapsed().as_secs_f64()));
@@ -215,12 +228,19 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
 /// The images and their files. Refuses everything that can be refused without work.
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
-    let output = Output::choose(args.output.output.as_deref(), &args.scene)?.over(args.settings().image.background);
+    let named = args.output.output.as_deref();
+    let animation = Output::animation(named.filter(|_| args.track.is_sequence()));
+    let output = animation.map_or_else(|| Output::choose(named, &args.scene), Ok)?;
+    let output = output.over(args.settings().image.background);
+    if output.is_animation() && (args.track.skip_existing || !args.quantities().is_empty()) {
+        let what = format!("{}: --skip-existing and --outputs are for a file for each frame", output.path.display());
+        return Err(CliError::new(what, "leave them out, or end the name with .png or .exr"));
+    }
     if args.output.output.is_none() {
         output::refuse_texture(&output.path, &args.scene)?;
     }
-    if output.is_jpeg() && args.settings().image.background == Background::Transparent {
-        let what = format!("{}: a .jpg file has no alpha", output.path.display());
+    if output.is_opaque() && args.settings().image.background == Background::Transparent {
+        let what = format!("{}: .jpg and .gif files have no alpha", output.path.display());
         return Err(CliError::new(what, "end the name with .png or .exr, or name a colour: --background white"));
     }
     if output.is_stdout() && (args.track.is_sequence() || args.run.timings || !args.quantities().is_empty()) {
@@ -288,7 +308,7 @@ impl Told<'_> {
         let status = || format!("{} of {} frames", index + 1, self.all);
         let progress = self.args.run.progress.filter(|_| self.is_sequence);
         let progress = progress.map(|farm| farm.lines(index + 1, self.all, &status())).unwrap_or_default();
-        match output.is_stdout() {
+        match output.is_stdout() || (output.is_animation() && index + 1 < self.all) {
             true => progress,
             false => format!("{progress}{}\n", output.path.display()),
         }

@@ -11,6 +11,7 @@ use lanternfish::{
     settings::{Exposure, Settings},
 };
 use lanternfish_gpu::PassProgress;
+use lanternfish_metrics::Animation;
 use lanternfish_scene::{Bounds, Camera, Scene};
 
 use super::{existing::EYES, metadata};
@@ -52,6 +53,8 @@ pub struct RenderedImages<'a> {
     drawn_count: u32,
     /// Names of the scene, if its surfaces are written, too.
     pub names: Option<Names>,
+    /// The animation to which frames are added, if they have no files of their own.
+    pub animation: Option<Animation>,
     /// The cost of all rendered images.
     pub cost: Report,
     /// Exposure of the images, EV, once chosen.
@@ -143,6 +146,7 @@ impl<'a> RenderedImages<'a> {
             metered,
             drawn_count: 0,
             names: None,
+            animation: None,
             cost,
             exposure,
         }
@@ -238,7 +242,10 @@ impl<'a> RenderedImages<'a> {
             Some(scale) if self.args.output.legend => legend::below(rendering, scale),
             _ => rendering,
         };
-        if !layers {
+        if let Some(animation) = &mut self.animation {
+            let size = [rendering.width, rendering.height];
+            progress.step("write", &writing, || animation.add(size, &rendering.display))?;
+        } else if !layers {
             let quantities = self.args.quantities();
             let surfaces = aovs.as_ref().zip(self.names.as_ref());
             let surfaces = surfaces.map(|(aovs, names)| Surfaces { aovs, names, quantities });

@@ -81,6 +81,7 @@ impl Plan {
             is_seen: settings.image.debug_view.is_none(),
             reaches_surfaces: settings.indirect != Indirect::NONE || settings.occlusion != Occlusion::NONE,
             takes_ground: false,
+            catches_shadows: false,
             is_metered: false,
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;

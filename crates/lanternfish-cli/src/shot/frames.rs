@@ -6,7 +6,7 @@ use super::Shot;
 use crate::{
     args::ViewArgs,
     error::CliError,
-    parse::{Frames, LightSet},
+    parse::{Frames, LightSet, PoseConvention},
 };
 
 /// One frame of a shot.
@@ -23,7 +23,11 @@ pub struct ShotFrame {
 impl Shot {
     /// Refuses everything that can be refused before any work.
     pub(super) fn check(&self) -> Result<(), CliError> {
-        let when = &self.args.track;
+        let (when, view) = (&self.args.track, &self.args.view);
+        if view.pose.is_none() && view.pose_convention != PoseConvention::default() {
+            let hint = "add --pose, whose axes it states, or leave it out";
+            return Err(CliError::new("--pose-convention without --pose", hint));
+        }
         if let Some(count) = when.orbit {
             return self.check_orbit(count);
         }

@@ -82,7 +82,7 @@ pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, C
     let flags = paper::expanded(said(matches));
     let shot = match is_shot(scene) {
         true => read(scene.path(), flags)?,
-        false => Shot { args: parsed(scene, &flags, &keys::keys()), path: None, words: flags },
+        false => Shot { args: parsed_or_exit(scene, &flags), path: None, words: flags },
     };
     shot.check()?;
     Ok(shot)
@@ -90,7 +90,7 @@ pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, C
 
 /// A scene without flags.
 pub(crate) fn plain(scene: &SceneName) -> Shot {
-    Shot { args: parsed(scene, &[], &keys::keys()), path: None, words: Vec::new() }
+    Shot { args: parsed_or_exit(scene, &[]), path: None, words: Vec::new() }
 }
 
 /// True if a source is a shot or a recording, not a scene.
@@ -126,7 +126,7 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         words.retain(|(other, _)| !replaces(&way, other) && !replaces(&lens, other));
     }
     words.extend(flags);
-    let mut args = parsed(&scene, &words, &keys);
+    let mut args = parsed(&scene, &words, &keys).map_err(|error| refused(&path.display(), &error))?;
     if args.output.output.is_none() {
         let mut name = path.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
@@ -161,7 +161,7 @@ fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
 
 /// The arguments of `render` for words that have been accepted individually. Settings are given as text; the parser of the
 /// command line reads the command's own.
-fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
+fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Result<RenderArgs, clap::Error> {
     let mut line: Vec<OsString> = Vec::new();
     let mut settings = Vec::new();
     for (id, value) in words {
@@ -172,13 +172,26 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
         }
     }
     line.extend(["--".into(), scene.spelling().to_owned()]);
-    let mut args = RenderArgs::of(line).unwrap_or_else(|error| error.exit());
+    let mut args = RenderArgs::of(line)?;
     args.give(&settings);
-    args
+    Ok(args)
+}
+
+/// The same of the command line itself: a mistake ends the process.
+fn parsed_or_exit(scene: &SceneName, words: &[(String, OsString)]) -> RenderArgs {
+    parsed(scene, words, &keys::keys()).unwrap_or_else(|error| error.exit())
+}
+
+/// The error for words of `source` that do not go together.
+fn refused(source: &dyn std::fmt::Display, error: &clap::Error) -> CliError {
+    let text = error.to_string();
+    let what = text.trim_start_matches("error: ").split("\n\n").next().unwrap_or_default();
+    CliError::new(format!("{source}: {what}"), "leave one of them out")
 }
 
 /// Ways of placing the camera, of which one counts.
-const WAYS: [&[&str]; 4] = [&["eye", "target", "camera"], &["view"], &["pose"], &["azimuth", "elevation"]];
+const WAYS: [&[&str]; 4] =
+    [&["eye", "target", "camera"], &["view"], &["pose", "pose_convention"], &["azimuth", "elevation"]];
 /// Flags of the field of view, of which one counts.
 const LENSES: [&str; 2] = ["fov_y", "intrinsics"];
 

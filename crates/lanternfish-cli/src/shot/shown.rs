@@ -155,7 +155,9 @@ impl Opened {
         self.lights(shown, &mut say)?;
         words.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
 
-        let shot = Shot { args: parsed(&self.shot.args.scene, &words, &keys), path: None, words };
+        let scene = &self.shot.args.scene;
+        let args = parsed(scene, &words, &keys).map_err(|error| super::refused(scene, &error))?;
+        let shot = Shot { args, path: None, words };
         let said = shot.args.settings();
         if said != *shown.settings {
             let what = differing(&said, shown.settings);
@@ -224,8 +226,8 @@ pub fn command_line(shot: &Shot) -> String {
     for index in (0..words.len()).rev() {
         let key = key_of(&words[index].0);
         let word = words.remove(index);
-        let is_said_anyway =
-            settings.value(&key.name).is_some() && parsed(&shot.args.scene, &words, &keys).settings() == settings;
+        let is_said_anyway = settings.value(&key.name).is_some()
+            && parsed(&shot.args.scene, &words, &keys).is_ok_and(|args| args.settings() == settings);
         if !is_said_anyway && key.default() != Some(word.1.as_os_str()) {
             words.insert(index, word);
         }

@@ -56,6 +56,10 @@ fn ways_of_placing_the_camera_replace_each_other() {
     assert!(lens.fov_y.is_none() && lens.intrinsics.is_some() && lens.eye.is_some());
     let posed = shot(by_eye, "--pose 1,0,0,0,0,1,0,0,0,0,1,5,0,0,0,1").unwrap().args.view;
     assert!(posed.eye.is_none() && posed.target.is_none() && posed.pose.is_some());
+    let by_pose =
+        "scene = \"a.glb\"\n[view]\npose = \"1,0,0,0,0,1,0,0,0,0,1,5,0,0,0,1\"\npose-convention = \"opencv\"\n";
+    let placed = shot(by_pose, "--eye 1,2,3").unwrap().args.view;
+    assert_eq!((placed.pose, placed.pose_convention), (None, Default::default()));
 }
 
 #[test]

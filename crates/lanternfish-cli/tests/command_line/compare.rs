@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_layers};
+use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_layers, write_jpeg};
 
 use crate::support::{lanternfish, names};
 
@@ -95,6 +95,20 @@ fn display_colours_are_compared_with_display_measures() {
     let json = |words: &[&str]| compare(folder.path(), words).json()["display"]["ldr_flip"]["mean"].as_f64().unwrap();
     let (a, b) = (pair("scene-noise.png"), pair("scene.png"));
     assert!((json(&[&a, &b, "--json", "-", "--pixels-per-degree", "30"]) - 0.204_013_6).abs() < 1e-5);
+}
+
+#[test]
+fn jpeg_images_are_compared_like_png_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.jpg");
+    let image = read_png(Path::new(&pair("scene.png"))).unwrap();
+    let bytes: Vec<u8> = image.pixels.as_flattened().iter().map(|value| (255.0 * value).round() as u8).collect();
+    write_jpeg(&path, [image.width as u32, image.height as u32], &bytes).unwrap();
+    compare(folder.path(), &["scene.jpg", &pair("scene.png"), "--max-flip", "0.1"]).assert_said(&["LDR-FLIP", "SSIM"]);
+    compare(folder.path(), &["scene.jpg", "scene.jpg"]).assert_said(&["A and B are equal"]);
+    compare(folder.path(), &["scene.jpg", &pair("scene.exr")]).assert_refused(&["display colours (PNG, JPEG)"]);
+    fs::write(&path, "no image").unwrap();
+    compare(folder.path(), &["scene.jpg", &pair("scene.png")]).assert_refused(&["scene.jpg", "not a JPEG image"]);
 }
 
 #[test]

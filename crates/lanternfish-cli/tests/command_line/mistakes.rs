@@ -164,6 +164,7 @@ fn flags_and_forms_of_other_programs() {
         (&["render", "demo:cornell", "--camera-position", "1,2,3"], "--eye X,Y,Z is the camera's position"),
         (&["render", "demo:cornell", "--animation-time", "1"], "--time SECONDS"),
         (&["render", "demo:cornell", "--bg", "white"], "--background COLOR"),
+        (&["reference", "demo:cornell", "--background", "white"], "the path tracer shows the environment"),
         (&["render", "demo:cornell", "--denoiser", "off"], "indirect light is always denoised"),
         (&["render", "demo:cornell", "--threads", "4"], "only `lanternfish reference` traces on CPU threads"),
         (&["turntable", "box.glb"], "`lanternfish render SCENE --orbit N`"),
@@ -232,6 +233,8 @@ fn cameras_that_are_not_there() {
         run(folder.path(), &["render", "demo:cornell", "--view", "top", other, value])
             .assert_refused(&["--view", other, "cannot be used with"], &[]);
     }
+    run(folder.path(), &["render", "demo:cornell", "--pose-convention", "opencv"])
+        .assert_refused(&["--pose-convention without --pose"], &[]);
     run(folder.path(), &["render", "demo:cornell", "--eye", "1,2,3", "--target", "1,2,3"])
         .assert_refused(&["look at itself"], &[]);
 }

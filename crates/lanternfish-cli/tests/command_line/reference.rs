@@ -273,6 +273,14 @@ fn noise_and_rain_have_separate_seeds() {
 }
 
 #[test]
+fn a_shots_background_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.toml"), "scene = \"demo:cornell\"\n[look]\nbackground = \"white\"\n").unwrap();
+    let said = output(folder.path(), "reference a.toml --size 4x4 --spp 1 -o a.exr").stderr;
+    assert!(text(&said).contains("the path tracer shows the environment"), "{}", text(&said));
+}
+
+#[test]
 fn the_table_lists_the_counters() {
     let folder = tempfile::tempdir().unwrap();
     let (stdout, _) = cornell(folder.path(), "--spp 2 --timings -o a.png");

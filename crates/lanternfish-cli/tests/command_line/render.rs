@@ -260,9 +260,15 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         (output.status.code(), text(output.stdout), text(output.stderr))
     };
-    let (code, said, errors) = run("models missing.glb --thumbnails -o images");
-    // The others are rendered, and the failure is not forgotten.
+    fs::create_dir_all(folder.path().join("models/more/textures")).unwrap();
+    fs::copy(folder.path().join("models/a.gltf"), folder.path().join("models/more/a.gltf")).unwrap();
+    let shot = "scene = \"models/a.gltf\"\n[view]\neye = [1, 2, 3]\nview = \"top\"\n";
+    fs::write(folder.path().join("both.toml"), shot).unwrap();
+    let (code, said, errors) = run("both.toml models missing.glb --thumbnails -o images");
+    // The others are rendered, and the failures are not forgotten.
     assert_eq!((code, said.as_str()), (Some(1), "images/a.png\nimages/b.png\n"));
+    assert!(errors.contains("both.toml: the argument '--eye <x,y,z>' cannot be used with"), "{errors}");
+    assert!(errors.contains("note: not rendered, unless named: scenes in models/more\n"), "{errors}");
     assert!(errors.contains("missing.glb") && names(&folder.path().join("images")) == ["a.png", "b.png"], "{errors}");
     let image = read_png(&folder.path().join("images/b.png")).unwrap();
     assert_eq!((image.width, image.height), (256, 256));
@@ -270,6 +276,8 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
         ("models -o one.png", "no folder"),
         ("models --report a.json", "--report"),
         ("images", "without a scene"),
+        (".", "name them: ./models"),
+        ("models --outputs position", "with several scenes: their images are .png files"),
         ("models -o missing/images", "missing"),
     ] {
         let (code, _, errors) = run(words);

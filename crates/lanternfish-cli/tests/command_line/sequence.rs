@@ -38,6 +38,27 @@ fn gpu_a_closed_pipe_does_not_end_a_sequence() {
     assert_eq!(images.len(), 3, "{images:?}");
 }
 
+#[test]
+fn gpu_a_gif_file_holds_all_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = "render demo:cornell --size 24x16 --indirect none --adapter cpu --quiet -o turn.gif";
+    assert_eq!(run(folder.path(), &format!("{words} --orbit 3")).0, "turn.gif\n");
+    assert_eq!(names(folder.path()), ["turn.gif"]);
+    // Each frame has a block that says how long it is shown.
+    let file = fs::read(folder.path().join("turn.gif")).unwrap();
+    let count = |part: &[u8]| file.windows(part.len()).filter(|bytes| *bytes == part).count();
+    assert_eq!((&file[..6], count(b"\x21\xf9\x04")), (&b"GIF89a"[..], 3));
+    for (more, why) in [
+        ("", ".gif is for --orbit and --frames"),
+        ("--orbit 3 --skip-existing", "a file for each frame"),
+        ("--orbit 3 --background transparent", "no alpha"),
+    ] {
+        let refused = output(folder.path(), &format!("{words} {more}"));
+        let error = String::from_utf8(refused.stderr).unwrap();
+        assert!(!refused.status.success() && error.contains(why), "{more}: {error}");
+    }
+}
+
 /// A camera that moves through rain for a second. With automatic exposure, each image alone would be metered differently. Few
 /// rays, and few samples of each entry of the radiance cache.
 const WALK: &str = "scene = \"demo:cornell\"

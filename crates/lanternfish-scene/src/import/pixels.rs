@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
-use image::{ImageDecoder, ImageReader, Limits};
+use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
 use lanternfish_limits::caught;
 use lanternfish_limits::memory::{Budget, TooMuch};
 
@@ -89,7 +89,8 @@ fn reader(encoded: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     let mut reader = ImageReader::new(Cursor::new(encoded));
     reader.limits(limits);
     let reader = reader.with_guessed_format().map_err(|error| error.to_string())?;
-    if reader.format().is_none() {
+    // Programs that write GIF files have its decoder, too.
+    if reader.format().is_none_or(|format| format == ImageFormat::Gif) {
         return Err("neither PNG, JPEG, WebP nor KTX2".to_owned());
     }
     Ok(reader)

@@ -5,11 +5,13 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use crate::{Bounds, Camera, Environment, Instance, LightKind, Material, Mesh, Primitive, Scene};
+use crate::{AlphaMode, Bounds, Camera, Environment, Instance, LightKind, Material, Mesh, Primitive, Scene};
 
 /// Circles of vertices, and vertices on each.
 const RINGS: u32 = 24;
 const SECTORS: u32 = 64;
+/// Number of circles over which a shadow catcher fades towards its edge.
+const FADING: f32 = 8.0;
 /// Thickness of a scene, as a fraction of its size, below which it is a card or a floor, which stands on nothing.
 const LEAST_THICKNESS: f32 = 0.05;
 /// Albedo if nothing tells what the ground should look like, and the largest.
@@ -30,8 +32,8 @@ pub fn suits(scene: &Scene, camera: &Camera) -> bool {
 
 /// Adds a disk just below the scene, for `camera`; returns the index of its instance. Every point has the albedo at which light of the
 /// environment, the sky and directional lights that nothing blocks makes it as bright as the environment behind it. `found`: the fraction
-/// of this light that a renderer finds.
-pub fn add(scene: &mut Scene, camera: &Camera, found: f32) -> usize {
+/// of this light that a renderer finds. If it `catches_shadows`, it is grey and a shadow catcher, whose edge fades.
+pub fn add(scene: &mut Scene, camera: &Camera, found: f32, catches_shadows: bool) -> usize {
     let bounds = scene.bounds();
     let (center, radius) = place(&bounds);
     let irradiance = found * irradiance(scene);
@@ -39,16 +41,20 @@ pub fn add(scene: &mut Scene, camera: &Camera, found: f32) -> usize {
         let direction = (p - camera.eye()).normalize_or(Vec3::NEG_Y);
         scene.environment.as_ref().map_or(scene.sky, |environment| environment.radiance(direction))
     };
+    let unshadowed = GREY.x / PI * irradiance.element_sum() / 3.0;
+    let catches_shadows = catches_shadows && unshadowed > 0.0 && unshadowed.is_finite();
     let mut primitive = Primitive { material: scene.materials.len(), ..Primitive::default() };
     for ring in 0..=RINGS {
         for sector in 0..SECTORS {
             let direction = Vec2::from_angle(sector as f32 / SECTORS as f32 * TAU);
             let p = radius * ring as f32 / RINGS as f32 * Vec3::new(direction.x, 0.0, -direction.y);
             let albedo = (PI * behind(center + p) / irradiance).min(MOST);
-            let albedo = if albedo.is_finite() && albedo != Vec3::ZERO { albedo } else { GREY };
+            let is_grey = catches_shadows || !albedo.is_finite() || albedo == Vec3::ZERO;
+            let albedo = if is_grey { GREY } else { albedo };
+            let alpha = if catches_shadows { ((RINGS - ring) as f32 / FADING).min(1.0) } else { 1.0 };
             primitive.positions.push(p);
             primitive.normals.push(Vec3::Y);
-            primitive.colors.push(albedo.extend(1.0));
+            primitive.colors.push(albedo.extend(alpha));
             if ring < RINGS {
                 let next = (sector + 1) % SECTORS;
                 let [a, b, c, d] = [(ring, sector), (ring, next), (ring + 1, sector), (ring + 1, next)]
@@ -63,6 +69,7 @@ pub fn add(scene: &mut Scene, camera: &Camera, found: f32) -> usize {
         metallic: 0.0,
         perceptual_roughness: 1.0,
         specular: 0.0,
+        alpha_mode: if catches_shadows { AlphaMode::ShadowCatcher { unshadowed } } else { AlphaMode::Opaque },
         ..Material::default()
     });
     scene.meshes.push(Mesh { name: name(), primitives: vec![primitive] });
@@ -119,17 +126,36 @@ mod tests {
             scene.sky = Vec3::splat(0.5);
             scene.lights.push(crate::Light::directional(Vec3::NEG_Y, Vec3::splat(sun)));
             let bottom = scene.bounds().min.y;
-            let index = add(&mut scene, &camera, 1.0);
+            let index = add(&mut scene, &camera, 1.0, false);
             let instance = &scene.instances[index];
             let primitive = &scene.meshes[instance.mesh].primitives[0];
-            let expected = Vec3::splat(albedo).extend(1.0);
+            let expected = Vec3::splat(albedo);
             assert!(
-                primitive.colors.iter().all(|color| color.abs_diff_eq(expected, 1e-3)),
+                primitive.colors.iter().all(|color| color.truncate().abs_diff_eq(expected, 1e-3)),
                 "{:?}",
                 primitive.colors[9]
             );
             let top = instance.world_from_object.translation.y;
             assert!(top < bottom && top > bottom - 0.01, "{top}, {bottom}");
+            scene.validate().unwrap();
+        }
+    }
+
+    /// A shadow catcher knows the radiance of its grey under the sky, and fades. In the dark there is none.
+    #[test]
+    fn a_ground_may_catch_shadows_only() {
+        let (mut scene, camera) = ball();
+        for (sky, expected) in [(0.0, 0.0f32), (0.5, 0.1)] {
+            scene.sky = Vec3::splat(sky);
+            let index = add(&mut scene, &camera, 1.0, true);
+            let found = match scene.materials.last().unwrap().alpha_mode {
+                AlphaMode::ShadowCatcher { unshadowed } => unshadowed,
+                _ => 0.0,
+            };
+            assert!((found - expected).abs() < 1e-6, "{found}");
+            let colors = &scene.meshes[scene.instances[index].mesh].primitives[0].colors;
+            let edge = if sky > 0.0 { 0.0 } else { 1.0 };
+            assert_eq!((colors[0].w, colors.last().unwrap().w), (1.0, edge));
             scene.validate().unwrap();
         }
     }
@@ -158,7 +184,7 @@ mod tests {
         assert!(!suits(&Scene::default(), &camera));
         let mut lit = scene;
         rig::LightRig::Studio.add(&mut lit, &camera, 1.0);
-        let index = add(&mut lit, &camera, 1.0);
+        let index = add(&mut lit, &camera, 1.0, false);
         let colors = &lit.meshes[lit.instances[index].mesh].primitives[0].colors;
         assert!(colors.iter().all(|color| color.x > 0.02 && color.x < 0.4), "the studio is grey: {:?}", colors[0]);
     }

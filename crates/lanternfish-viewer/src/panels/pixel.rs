@@ -109,7 +109,7 @@ fn of_material(material: &Material) -> Vec<(&'static str, String)> {
         rows.push(("emission", of_vector(material.emissive, unit)));
     }
     match material.alpha_mode {
-        AlphaMode::Opaque => {}
+        AlphaMode::Opaque | AlphaMode::ShadowCatcher { .. } => {}
         AlphaMode::Mask { cutoff } => rows.push(("alpha", format!("{:.2}, cut at {cutoff:.2}", material.base_color.w))),
         AlphaMode::Blend => rows.push(("alpha", format!("{:.2}, alpha blend", material.base_color.w))),
     }

@@ -81,7 +81,7 @@ gpu_struct! {
         /// Perceptual roughness.
         perceptual_roughness: f32,
         /// A smaller alpha means no surface, a greater or equal one a solid surface; negative: alpha is the fraction of the surface that is
-        /// present.
+        /// present. Of a shadow catcher: its radiance where nothing shadows it, nits.
         alpha_cutoff: f32,
         /// Sum of the constants below.
         flags: u32,
@@ -182,6 +182,8 @@ gpu_constants! {
     pub const GRAIN_MAPPED: u32 = 131072;
     pub const FILM_MAPPED: u32 = 262144;
     pub const FILM_THICKNESS_MAPPED: u32 = 524288;
+    /// Over a hidden background the surface shows only the shadows on it.
+    pub const CATCHES_SHADOWS: u32 = 1048576;
 }
 
 gpu_struct! {

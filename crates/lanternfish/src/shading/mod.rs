@@ -314,6 +314,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: 
     // Rays of indirect light may reach the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
     let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
+    opaque.extend(settings.image.background.hides_environment().then_some(UNCOVERED));
     for features in [&mut opaque, &mut transparent] {
         features.extend(indirect.into_iter().chain(ambient_visibility));
         features.extend((samples > 1).then_some(MULTISAMPLED));

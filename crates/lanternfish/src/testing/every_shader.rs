@@ -15,7 +15,9 @@ use crate::{
     gpu_scene::{LAYERED, MASKED, PANES, TEXTURES},
     lights::AREA_LIGHTS,
     prepass::FROM_BEHIND,
-    settings::{Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer},
+    settings::{
+        Background, Culling, DebugView, History, Indirect, RayCulling, RayRangeCulling, Samples, Settings, Tracer,
+    },
     shaders::{Package, Root, Shaders},
     shading, shadows,
     techniques::Sampled,
@@ -56,7 +58,9 @@ pub fn all_settings() -> Vec<Settings> {
     let any_range = all.iter().map(|s| s.clone().with_ray_range_culling(RayRangeCulling::Off));
     let any_range = any_range
         .filter(|s| s.indirect == Indirect::NONE && s.image.samples == Samples::One && s.image.debug_view.is_none());
-    with_history.chain(any_range).chain(all.iter().cloned()).collect()
+    let hidden = all.iter().filter(|s| s.culling == usual.culling && s.image.debug_view.is_none()).filter(is_usual);
+    let hidden = hidden.map(|s| s.clone().with_background(Background::Transparent));
+    with_history.chain(any_range).chain(hidden).chain(all.iter().cloned()).collect()
 }
 
 /// Features by module, of folders whose features depend on settings. Rejected settings give no variant.

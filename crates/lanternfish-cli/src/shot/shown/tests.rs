@@ -24,7 +24,7 @@ fn opened(flags: &str) -> (Opened, Scene) {
         (keys.iter().find(|key| key.name == name).unwrap().id.clone(), OsString::from(value))
     });
     let (scene_name, words) = (SceneName::from("demo:cornell"), words.collect::<Vec<_>>());
-    let shot = Shot { args: parsed(&scene_name, &words, &keys), path: None, words };
+    let shot = Shot { args: parsed(&scene_name, &words, &keys).unwrap(), path: None, words };
     let mut scene = demo("cornell").unwrap();
     let rain = crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
     let camera = camera::choose(&scene, &shot.args.view, 1.5).unwrap();

@@ -133,6 +133,11 @@ impl Maps {
     }
 }
 
+/// True if a material names a texture that is read.
+pub(super) fn is_mapped(source: &tobj::Material) -> bool {
+    Maps::of(source).all().next().is_some()
+}
+
 /// Converts a material. Non-finite numbers count as absent.
 ///
 /// - base colour: `Kd` (linear; default 0.8, or 1 with a `map_Kd`) × `map_Kd` (sRGB-encoded);

@@ -83,7 +83,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
             }
             Err(FileError::TooMuch(need)) => refused.set(Some(need)),
             Err(error) => {
-                missing.borrow_mut().insert(format!("{name}: {error}; surfaces become white, of albedo 0.8"));
+                missing.borrow_mut().insert(format!("{name}: {error}; surfaces"));
             }
         }
         Err(tobj::LoadError::OpenFileFailed)
@@ -94,22 +94,37 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     if let Some(need) = refused.take() {
         return Err(too_much(need));
     }
-    let mut missing = missing.into_inner();
+    let missing = missing.into_inner();
 
     let models: Vec<_> = models.into_iter().filter(|model| !model.mesh.indices.is_empty()).collect();
-    let library = library.unwrap_or_default();
+    let mut library = library.unwrap_or_default();
+    let of = |mesh: &tobj::Mesh| mesh.material_id.filter(|id| *id < library.len());
+    let is_mapped = models.iter().filter_map(|model| of(&model.mesh)).any(|id| materials::is_mapped(&library[id]));
+    let has_uv = models.iter().any(|model| !model.mesh.texcoords.is_empty());
+    let image = if is_mapped || !has_uv { None } else { textures::own_image(path, files) };
     // The warning about a missing library already covers its materials.
     let is_unknown = |name: &&String| missing.is_empty() && !library.iter().any(|material| material.name == **name);
-    note_unknown(&plain.materials.iter().filter(is_unknown).collect::<Vec<_>>(), &mut notes);
-    notes.append(&mut missing);
+    let unknown: Vec<_> = plain.materials.iter().filter(is_unknown).collect();
+    let white = image.as_ref().map_or("become white, of albedo 0.8".to_owned(), |image| format!("show {image}"));
+    note_unknown(&unknown, &white, &mut notes);
+    notes.extend(missing.iter().map(|what| format!("{what} {white}")));
     notes.append(garbled.get_mut());
-    let used = models.iter().map(|model| model.mesh.material_id.and_then(|id| library.get(id)));
-    let mut materials = Materials::new(used.flatten(), files, &mut notes).map_err(too_much)?;
+    if let Some(image) = &image {
+        notes.insert(format!("no material has a texture; {image}, which has the file's name, is the base colour"));
+        library.push(tobj::Material::default());
+        library.iter_mut().for_each(|material| material.diffuse_texture = Some(image.clone()));
+    }
+    // The last is that of faces without a material.
+    let source = |mesh: &tobj::Mesh| match image {
+        Some(_) => mesh.material_id.and_then(|id| library.get(id)).or(library.last()),
+        None => mesh.material_id.and_then(|id| library.get(id)),
+    };
+    let used = models.iter().filter_map(|model| source(&model.mesh));
+    let mut materials = Materials::new(used, files, &mut notes).map_err(too_much)?;
     let mut scene =
         Scene { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Scene::default() };
     for model in models {
-        let material = materials.index(model.mesh.material_id.and_then(|id| library.get(id)), files.budget, &mut notes);
-        let material = material.map_err(too_much)?;
+        let material = materials.index(source(&model.mesh), files.budget, &mut notes).map_err(too_much)?;
         let normal_mapped = materials.list[material].normal_texture.is_some();
         let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
         // `tobj` splits an object with several materials into several models of the same name.
@@ -132,10 +147,10 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// Adds warnings about materials that no library defines.
-fn note_unknown(names: &[&String], notes: &mut Notes) {
+/// Adds warnings about materials that no library defines; `white`: what becomes of their faces.
+fn note_unknown(names: &[&String], white: &str, notes: &mut Notes) {
     for name in names.iter().take(MOST_NAMES) {
-        notes.insert(format!("usemtl {name}: there is no such material; its faces become white, of albedo 0.8"));
+        notes.insert(format!("usemtl {name}: there is no such material; its faces {white}"));
     }
     if names.len() > MOST_NAMES {
         notes.insert(format!("usemtl: and {} more materials that do not exist", names.len() - MOST_NAMES));

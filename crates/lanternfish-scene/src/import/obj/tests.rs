@@ -161,6 +161,31 @@ fn missing_files_are_left_out() {
     assert!(obj("").meshes.is_empty() && obj("# nothing\nv 0 0 0\n").instances.is_empty());
 }
 
+/// An image of the file's own name is the base colour, unless a material has a texture or no face has texture coordinates.
+#[test]
+fn an_image_of_the_files_name_is_the_base_colour() {
+    let red = png(1, 1, |_, _| [255, 0, 0, 255]);
+    let blue = png(1, 1, |_, _| [0, 0, 255, 255]);
+    let mapped = "f 1/1/1 2/2/1 3/3/1\n";
+    let of = |head: &str, faces: &str, image: &str, mtl: &str| {
+        let text = format!("{head}{SQUARE}{faces}");
+        let files = [("test.obj", text.as_bytes()), (image, &red), ("b.png", &blue), ("m.mtl", mtl.as_bytes())];
+        let scene = read(&files).unwrap();
+        let material = &scene.materials[0];
+        let texel = material.base_color_texture.map(|map| scene.images[scene.textures[map.texture].image].rgba[0]);
+        (texel, material.base_color.x)
+    };
+    for image in ["test.png", "test.jpg", "test_diffuse.png", "test_D.jpeg"] {
+        assert_eq!(of("", mapped, image, ""), (Some(255), 1.0), "{image}");
+    }
+    let with_library = format!("usemtl a\n{mapped}");
+    assert_eq!(of("mtllib none.mtl\n", &with_library, "test.png", ""), (Some(255), 1.0));
+    assert_eq!(of("mtllib m.mtl\n", &with_library, "test.png", "newmtl a\nKd 0.5 1 1\n"), (Some(255), 0.5));
+    assert_eq!(of("mtllib m.mtl\n", &with_library, "test.png", "newmtl a\nmap_Kd b.png\n"), (Some(0), 1.0));
+    assert_eq!(of("", "f 1//1 2//1 3//1\n", "test.png", ""), (None, 0.8));
+    assert_eq!(of("", mapped, "other.png", ""), (None, 0.8));
+}
+
 #[test]
 fn broken_files_are_refused_with_the_line() {
     for (text, part) in [
@@ -209,7 +234,7 @@ fn unknown_materials_beyond_the_limit_are_counted() {
     let names: Vec<String> = (0..11).map(|i| format!("m{i:02}")).collect();
     for (count, last) in [(8, "usemtl m07: there is no such material; its faces become white"), (11, "and 3 more")] {
         let mut notes = super::Notes::new();
-        super::note_unknown(&names.iter().take(count).collect::<Vec<_>>(), &mut notes);
+        super::note_unknown(&names.iter().take(count).collect::<Vec<_>>(), "become white", &mut notes);
         assert_eq!(notes.len(), 8 + usize::from(count > 8));
         assert!(notes.iter().any(|note| note.contains(last)), "{notes:?}");
     }

@@ -15,6 +15,16 @@ use crate::{
     },
 };
 
+/// Ends of names of images of base colours, after the name of the OBJ file.
+const OWN: [&str; 7] = ["", "_diffuse", "_albedo", "_basecolor", "_color", "_col", "_D"];
+
+/// An image beside the OBJ file at `path` that has its name: a base colour that no material names.
+pub(super) fn own_image(path: &Path, files: &Files) -> Option<String> {
+    let stem = path.file_stem()?.to_string_lossy();
+    let names = OWN.iter().flat_map(|end| ["png", "jpg", "jpeg"].map(|format| format!("{stem}{end}.{format}")));
+    names.into_iter().find(|name| files.path(Path::new(name)).is_file())
+}
+
 /// A texture map of a material, with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {

@@ -62,7 +62,7 @@ impl Pane {
         let f90 = (material.specular * self.specular) * (1.0 - metallic) + metallic;
         let tint = albedo * ((1.0 - metallic) * transmission);
         let cutoff = match material.alpha_mode {
-            AlphaMode::Opaque => f32::MIN,
+            AlphaMode::Opaque | AlphaMode::ShadowCatcher { .. } => f32::MIN,
             AlphaMode::Mask { cutoff } => cutoff.max(0.0),
             AlphaMode::Blend => -1.0,
         };

@@ -384,7 +384,7 @@ fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {
     match material.alpha_mode {
         _ if material.is_transparent() => DrawAlpha::Transparent,
         AlphaMode::Mask { .. } => DrawAlpha::Masked,
-        AlphaMode::Opaque | AlphaMode::Blend => DrawAlpha::Opaque,
+        AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::ShadowCatcher { .. } => DrawAlpha::Opaque,
     }
 }
 

@@ -6,10 +6,11 @@ use lanternfish_scene::{AlphaMode, Scene, TextureRef};
 
 use super::{
     super::shaders::{
-        BASE_COLOR_MAPPED, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED, DIFFUSE_TRANSMISSION_COLOR_MAPPED,
-        DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, FILM_MAPPED, FILM_THICKNESS_MAPPED, GRAIN_MAPPED, LAMBERT,
-        METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED, SCATTERS_THROUGH, SHEEN_COLOR_MAPPED,
-        SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED, TextureSlot, UNLIT,
+        BASE_COLOR_MAPPED, CATCHES_SHADOWS, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED,
+        DIFFUSE_TRANSMISSION_COLOR_MAPPED, DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, FILM_MAPPED,
+        FILM_THICKNESS_MAPPED, GRAIN_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
+        SCATTERS_THROUGH, SHEEN_COLOR_MAPPED, SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED,
+        TRANSMISSION_MAPPED, TextureSlot, UNLIT,
     },
     lobes::{MaterialStorage, Shading},
     textures::Textures,
@@ -151,6 +152,7 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             AlphaMode::Opaque => 0.0,
             AlphaMode::Mask { cutoff } => cutoff.max(0.0),
             AlphaMode::Blend => -1.0,
+            AlphaMode::ShadowCatcher { unshadowed } => unshadowed / light_unit,
         },
         flags: flag(shading == Shading::BaseColor || (file && material.unlit), UNLIT)
             | flag(shading == Shading::Lambert, LAMBERT)
@@ -170,6 +172,7 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             | flag(file && film.is_some(), FILM_MAPPED)
             | flag(file && film_thickness.is_some(), FILM_THICKNESS_MAPPED)
             | flag(file && scatters_through(material), SCATTERS_THROUGH)
+            | flag(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }), CATCHES_SHADOWS)
             | flag(
                 scatters_from_behind && material.diffuse_transmission_texture.is_some(),
                 DIFFUSE_TRANSMISSION_MAPPED,
@@ -216,7 +219,7 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
 pub fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => Some(cutoff),
-        AlphaMode::Opaque | AlphaMode::Blend => None,
+        AlphaMode::Opaque | AlphaMode::Blend | AlphaMode::ShadowCatcher { .. } => None,
     }
 }
 

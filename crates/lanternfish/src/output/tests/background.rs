@@ -1,8 +1,10 @@
 //! Images without the environment behind their surfaces.
 
+use std::f32::consts::{PI, SQRT_2};
+
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{AlphaMode, Camera, Material, Scene, generate::demo};
+use lanternfish_scene::{AlphaMode, Camera, Light, Material, Scene, generate::demo};
 
 use crate::{
     RenderedImage, Renderer, Settings,
@@ -83,6 +85,37 @@ fn gpu_opacity_is_what_hides_the_background(gpu: &Gpu) {
         // Eight samples of a hair of 0.17 pixels.
         let hair: f32 = (70..86).map(opacity).sum();
         assert!(samples == Samples::One || (hair > 0.03 && hair < 0.4), "{hair} pixels");
+    }
+}
+
+/// Under a sun a shadow catcher is clear, and black in the shadow of a sheet; with its environment an image shows it as it is.
+#[gpu_test]
+fn gpu_shadow_catchers_show_only_shadows(gpu: &Gpu) {
+    let catcher = Material { alpha_mode: AlphaMode::ShadowCatcher { unshadowed: 0.5 }, ..matt(0.5) };
+    let floor = quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y);
+    let sheet = quad(1, Vec3::new(0.5, 0.5, 0.5), 0.5 * Vec3::X, 0.5 * Vec3::Y);
+    let sun = Light::directional(Vec3::new(-1.0, 0.0, -1.0), Vec3::splat(PI * SQRT_2));
+    let scene = Scene { lights: vec![sun], ..scene_of(vec![floor, sheet], vec![catcher, matt(0.5)]) };
+    let camera = looking([0.0, 0.0, 5.0], [0.0, 0.0, 0.0]);
+    for (samples, accumulate) in [(Samples::One, 1), (Samples::Four, 2)] {
+        let of = |background| {
+            let settings = Settings::direct_light().with_exposure(Exposure::Ev(0.0)).with_samples(samples);
+            let settings = settings.with_accumulate(accumulate).with_background(background);
+            let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+            let uploaded = renderer.upload(&scene).unwrap();
+            renderer.render(&uploaded, &camera, SIZE.into()).unwrap()
+        };
+        let [shown, hidden, white] =
+            [Background::Environment, Background::Transparent, Background::Color([255; 3])].map(of);
+        // Beside the sheet, left of it in its shadow, and the sheet itself.
+        let [lit, shadow, sheet] = [[51, 60], [47, 27], [60, 26]];
+        let near = |(a, _): ([f32; 4], _), b: [f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-3);
+        assert!(near(at(&shown, lit), [0.5, 0.5, 0.5, 1.0]), "{:?}", at(&shown, lit));
+        assert!(near(at(&shown, shadow), [0.0, 0.0, 0.0, 1.0]), "{:?}", at(&shown, shadow));
+        assert!(near(at(&hidden, lit), [0.0; 4]), "{:?}", at(&hidden, lit));
+        assert!(near(at(&hidden, shadow), [0.0, 0.0, 0.0, 1.0]), "{:?}", at(&hidden, shadow));
+        assert!(near(at(&hidden, sheet), [0.5, 0.5, 0.5, 1.0]), "{:?}", at(&hidden, sheet));
+        assert_eq!((at(&white, lit).1, at(&white, shadow).1), ([255; 4], [0, 0, 0, 255]));
     }
 }
 
