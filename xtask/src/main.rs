@@ -12,12 +12,12 @@ mod dist;
 mod driver;
 mod files;
 mod hardware;
+mod images;
 #[cfg(test)]
 mod imports;
 mod interface;
 #[cfg(test)]
 mod links;
-mod pictures;
 mod program;
 mod quality;
 mod same;
@@ -45,7 +45,7 @@ cargo xtask hardware [papers]
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
-cargo xtask pictures [NAME...]
+cargo xtask images [NAME...]
                            makes the images of docs/gallery.md and docs/any-file.md again, or those of these names: hours without a
                            graphics card; a test fails once they are 60 days older than the last commit
 cargo xtask shader-stats [TEXT | --write | --page MESA]
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
-        "pictures" => pictures::run(&words, may_install),
+        "images" => images::run(&words, may_install),
         "audit" => audit::run_audit(),
         "check" => check::run(),
         "interface" => interface::run(&words),

@@ -41,7 +41,7 @@ fn gpu_light_of_a_lamp_goes_out_with_it(gpu: &Gpu) {
         [(Preset::Good, [0.15, 0.094]), (Preset::Draft, [0.225, 0.105]), (Preset::Realtime, [0.25, 0.134])]
     {
         let settings = Settings::of_preset(preset).with_history(History::On);
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut scene = renderer.upload(&lit).unwrap();
         let frames = |renderer: &mut Renderer, scene: &_, count| -> Vec<RgbImage> {
             (0..count).map(|_| linear(&renderer.render(scene, &camera, [64, 48]).unwrap())).collect()

@@ -1,6 +1,6 @@
-//! `cargo xtask pictures`: makes the images of the gallery and of "any file" again, with the commands that their pages show.
+//! `cargo xtask images`: makes the images of the gallery and of "any file" again, with the commands that their pages show.
 //!
-//! A picture is an image of a page that a block of commands follows. The block runs as it stands in the image's folder.
+//! They are those that a block of commands follows, which names them. It runs as it stands in the image's folder.
 //! `docs/images/made.txt` holds for each its name, the day on which it was made, and hashes of the file and of the block.
 
 use std::{
@@ -12,41 +12,41 @@ use std::{
 
 use crate::{command, command::workspace, files, program};
 
-/// Pages with pictures.
+/// Pages with images and their commands.
 const PAGES: [&str; 2] = ["docs/gallery.md", "docs/any-file.md"];
 /// When and from what they were made.
 const MADE: &str = "docs/images/made.txt";
 
 /// An image that a page's commands make.
-struct Picture {
+struct Image {
     /// Its path.
     path: PathBuf,
     commands: String,
 }
 
-/// The pictures of a page in this folder: an image, and before the next image a block of commands that names its file.
-fn pictures_of<'a>(page: &'a str, folder: &'a Path) -> impl Iterator<Item = Picture> + 'a {
+/// The images of a page in this folder: an image, and before the next image a block of commands that names its file.
+fn images_of<'a>(page: &'a str, folder: &'a Path) -> impl Iterator<Item = Image> + 'a {
     page.split("\n![").skip(1).filter_map(move |part| {
         let (link, rest) = part.split_once("](")?.1.split_once(')')?;
         let commands = rest.split_once("```sh\n")?.1.split_once("```")?.0;
         let path = folder.join(link);
-        commands.contains(path.file_name()?.to_str()?).then(|| Picture { path, commands: commands.to_owned() })
+        commands.contains(path.file_name()?.to_str()?).then(|| Image { path, commands: commands.to_owned() })
     })
 }
 
-/// The pictures of all pages.
-fn pictures() -> Result<Vec<Picture>, String> {
+/// The images of all pages.
+fn images() -> Result<Vec<Image>, String> {
     let mut all = Vec::new();
     for page in PAGES {
         let path = workspace().join(page);
-        all.extend(pictures_of(&files::read(&path)?, path.parent().expect("a page lies in a folder")));
+        all.extend(images_of(&files::read(&path)?, path.parent().expect("a page lies in a folder")));
     }
     Ok(all)
 }
 
-impl Picture {
+impl Image {
     fn name(&self) -> String {
-        self.path.file_stem().expect("pictures are files").to_string_lossy().into_owned()
+        self.path.file_stem().expect("images are files").to_string_lossy().into_owned()
     }
 
     /// What `made.txt` holds of it if it was made on this day.
@@ -61,27 +61,27 @@ impl Picture {
     }
 }
 
-/// Makes the pictures of these names, or all.
+/// Makes the images of these names, or all.
 pub fn run(names: &[String], may_install: bool) -> Result<(), String> {
     program::ready_for_release(may_install)?;
-    let pictures = pictures()?;
-    if let Some(name) = names.iter().find(|name| pictures.iter().all(|picture| picture.name() != **name)) {
-        let known: Vec<_> = pictures.iter().map(Picture::name).collect();
-        return Err(format!("no picture {name:?}: {}", known.join(", ")));
+    let images = images()?;
+    if let Some(name) = names.iter().find(|name| images.iter().all(|image| image.name() != **name)) {
+        let known: Vec<_> = images.iter().map(Image::name).collect();
+        return Err(format!("no image {name:?}: {}", known.join(", ")));
     }
     let made_path = workspace().join(MADE);
     let mut made = files::read(&made_path).unwrap_or_default();
     let path =
         format!("{}:{}", workspace().join("target/release").display(), std::env::var("PATH").unwrap_or_default());
-    for picture in pictures.iter().filter(|picture| names.is_empty() || names.contains(&picture.name())) {
-        println!("{}", picture.path.display());
+    for image in images.iter().filter(|image| names.is_empty() || names.contains(&image.name())) {
+        println!("{}", image.path.display());
         let mut shell = Command::new("sh");
-        shell.args(["-ec", &picture.commands]).env("PATH", &path);
-        command::run(shell.current_dir(picture.path.parent().expect("a picture lies in a folder")))?;
+        shell.args(["-ec", &image.commands]).env("PATH", &path);
+        command::run(shell.current_dir(image.path.parent().expect("an image lies in a folder")))?;
         let today = command::run_for_output(Command::new("date").args(["-u", "+%F"]))?;
-        let others = made.lines().filter(|line| line.split(' ').next() != Some(&picture.name()));
+        let others = made.lines().filter(|line| line.split(' ').next() != Some(&image.name()));
         let mut lines: Vec<String> = others.map(str::to_owned).collect();
-        lines.push(picture.line(today.trim())?);
+        lines.push(image.line(today.trim())?);
         lines.sort();
         made = lines.iter().fold(String::new(), |mut text, line| {
             writeln!(text, "{line}").expect("text takes lines");
@@ -96,7 +96,7 @@ pub fn run(names: &[String], may_install: bool) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// Days that a picture may be older than the last commit.
+    /// Days that an image may be older than the last commit.
     const OLDEST: i64 = 60;
 
     /// Days since the year 0 of a date YYYY-MM-DD, each month of 31 days.
@@ -105,14 +105,14 @@ mod tests {
         Some((year.parse::<i64>().ok()? * 12 + month.parse::<i64>().ok()?) * 31 + day.parse::<i64>().ok()?)
     }
 
-    /// What is wrong with a picture by what `made.txt` has of it.
-    fn fault(picture: &Picture, made: &str, last_commit: Option<&str>) -> Option<String> {
-        let name = picture.name();
+    /// What is wrong with an image by what `made.txt` has of it.
+    fn fault(image: &Image, made: &str, last_commit: Option<&str>) -> Option<String> {
+        let name = image.name();
         let Some(line) = made.lines().find(|line| line.split(' ').next() == Some(&name)) else {
             return Some(format!("{name} was never made"));
         };
         let day = line.split(' ').nth(1)?;
-        if picture.line(day).as_deref() != Ok(line) {
+        if image.line(day).as_deref() != Ok(line) {
             return Some(format!("{name}: the file or its commands changed since it was made"));
         }
         let age = days(last_commit?)? - days(day)?;
@@ -120,28 +120,28 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_made_by_their_pages_commands_and_not_old() {
+    fn images_are_made_by_their_pages_commands_and_not_old() {
         let made = files::read(&workspace().join(MADE)).unwrap();
         // Without Git, in a package, no date is known.
         let log = Command::new("git").current_dir(workspace()).args(["log", "-1", "--format=%cs"]).output();
         let last = log.ok().filter(|log| log.status.success()).map(|log| String::from_utf8(log.stdout).unwrap());
-        let pictures = pictures().unwrap();
-        assert!(pictures.len() >= 6, "{} pictures", pictures.len());
-        let faults: Vec<_> = pictures.iter().filter_map(|picture| fault(picture, &made, last.as_deref())).collect();
-        assert!(faults.is_empty(), "cargo xtask pictures: {faults:#?}");
+        let images = images().unwrap();
+        assert!(images.len() >= 6, "{} images", images.len());
+        let faults: Vec<_> = images.iter().filter_map(|image| fault(image, &made, last.as_deref())).collect();
+        assert!(faults.is_empty(), "cargo xtask images: {faults:#?}");
     }
 
     #[test]
-    fn old_and_changed_pictures_are_told() {
+    fn old_and_changed_images_are_told() {
         let folder = workspace().join("docs");
         let page =
             "# A\n\n![x](images/walk.gif)\n\n```sh\nlanternfish render a.glb -o walk.gif\n```\n\n![y](images/y.png)\n";
-        let [picture] = pictures_of(page, &folder).collect::<Vec<_>>().try_into().ok().unwrap();
-        let made = picture.line("2026-01-31").unwrap();
-        assert_eq!(fault(&picture, &made, Some("2026-02-20\n")), None);
-        assert!(fault(&picture, &made, Some("2026-06-01")).unwrap().contains("older"));
-        assert!(fault(&picture, "", None).unwrap().contains("never"));
-        let other = Picture { commands: "lanternfish render b.glb -o walk.gif\n".into(), ..picture };
+        let [image] = images_of(page, &folder).collect::<Vec<_>>().try_into().ok().unwrap();
+        let made = image.line("2026-01-31").unwrap();
+        assert_eq!(fault(&image, &made, Some("2026-02-20\n")), None);
+        assert!(fault(&image, &made, Some("2026-06-01")).unwrap().contains("older"));
+        assert!(fault(&image, "", None).unwrap().contains("never"));
+        let other = Image { commands: "lanternfish render b.glb -o walk.gif\n".into(), ..image };
         assert!(fault(&other, &made, None).unwrap().contains("changed"));
     }
 }
