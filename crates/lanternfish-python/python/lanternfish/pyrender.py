@@ -1,0 +1,286 @@
+"""The names of pyrender, for code that has them: `import lanternfish.pyrender as pyrender`.
+
+Images are traced: shadows and indirect light are always there, and `ambient_light` is a sky. Colours are those of exposure 0 without a
+tone map, as of pyrender. A depth of 0 is the background. Points, wireframes, skins and the viewer are not there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, Iterator, List, Optional, Tuple
+
+import numpy as np
+
+import lanternfish as lf
+
+from . import _trimesh
+
+
+class RenderFlags:
+    """Flags of `OffscreenRenderer.render`. Those of shadows have no effect; SEG, FLAT, DEPTH_ONLY and RGBA have that of pyrender."""
+
+    NONE, DEPTH_ONLY, OFFSCREEN, FLIP_WIREFRAME, ALL_WIREFRAME, ALL_SOLID = 0, 1, 2, 4, 8, 16
+    SHADOWS_DIRECTIONAL, SHADOWS_POINT, SHADOWS_SPOT, SHADOWS_ALL = 32, 64, 128, 224
+    VERTEX_NORMALS, FACE_NORMALS, SKIP_CULL_FACES, RGBA, FLAT, SEG = 256, 512, 1024, 2048, 4096, 8192
+    _REFUSED = FLIP_WIREFRAME | ALL_WIREFRAME | VERTEX_NORMALS | FACE_NORMALS
+
+
+def MetallicRoughnessMaterial(
+    name: Optional[str] = None, normalTexture: Any = None, occlusionTexture: Any = None, emissiveTexture: Any = None,
+    emissiveFactor: Any = None, alphaMode: str = "OPAQUE", alphaCutoff: Optional[float] = None, doubleSided: bool = False,
+    smooth: bool = True, wireframe: bool = False, baseColorFactor: Any = None, baseColorTexture: Any = None,
+    metallicFactor: float = 1.0, roughnessFactor: float = 1.0, metallicRoughnessTexture: Any = None,
+) -> lf.Material:
+    """A material; textures are arrays, images, or have a `source`."""
+    def texture(given: Any) -> Any:
+        return None if given is None else np.asarray(getattr(given, "source", given))
+
+    def color(given: Any, usual: Any) -> Any:
+        values = np.asarray(usual if given is None else given, dtype=float)
+        return values / 255 if given is not None and np.asarray(given).dtype.kind in "iu" and values.max() > 1 else values
+
+    return lf.Material(
+        color(baseColorFactor, (1.0, 1.0, 1.0, 1.0)), metallicFactor, roughnessFactor, color(emissiveFactor, (0.0, 0.0, 0.0)),
+        alphaMode.lower(), 0.5 if alphaCutoff is None else alphaCutoff, doubleSided, base_color_texture=texture(baseColorTexture),
+        metallic_roughness_texture=texture(metallicRoughnessTexture), normal_texture=texture(normalTexture),
+        emissive_texture=texture(emissiveTexture), name=name or "")
+
+
+class Mesh:
+    """Parts that move together."""
+
+    def __init__(self, primitives: List[lf.Mesh], name: Optional[str] = None, is_visible: bool = True, poses: Any = None) -> None:
+        self.primitives, self.name, self.is_visible = primitives, name, is_visible
+        self.poses = [np.eye(4)] if poses is None else list(np.asarray(poses, dtype=float).reshape(-1, 4, 4))
+
+    @staticmethod
+    def from_trimesh(
+        mesh: Any, material: Optional[lf.Material] = None, is_visible: bool = True, poses: Any = None, wireframe: bool = False,
+        smooth: bool = True,
+    ) -> "Mesh":
+        if wireframe:
+            raise ValueError("wireframe: surfaces are rendered alone")
+        parts = mesh if isinstance(mesh, (list, tuple)) else [mesh]
+        return Mesh([_trimesh.mesh_of(part, smooth, material) for part in parts], None, is_visible, poses)
+
+
+class _Camera:
+    def __init__(self, name: Optional[str] = None, znear: Optional[float] = 0.05, zfar: Optional[float] = None) -> None:
+        self.name, self.znear, self.zfar = name, znear, zfar
+
+
+class PerspectiveCamera(_Camera):
+    def __init__(self, yfov: float, znear: float = 0.05, zfar: Any = None, aspectRatio: Optional[float] = None, name: Any = None) -> None:
+        super().__init__(name, znear, zfar)
+        self.yfov, self.aspectRatio = yfov, aspectRatio
+
+    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
+        if self.aspectRatio is None:
+            return lf.Camera(pose, math.degrees(self.yfov), self.znear)
+        fy = 0.5 * size[1] / math.tan(0.5 * self.yfov)
+        fx = fy * size[0] / (size[1] * self.aspectRatio)
+        return lf.Camera.from_intrinsics(fx, fy, 0.5 * size[0], 0.5 * size[1], size, pose, "opengl", self.znear)
+
+
+class IntrinsicsCamera(_Camera):
+    def __init__(self, fx: float, fy: float, cx: float, cy: float, znear: float = 0.05, zfar: Any = 100.0, name: Any = None) -> None:
+        super().__init__(name, znear, zfar)
+        self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
+
+    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
+        return lf.Camera.from_intrinsics(self.fx, self.fy, self.cx, self.cy, size, pose, "opengl", self.znear)
+
+
+class OrthographicCamera(_Camera):
+    def __init__(self, xmag: float, ymag: float, znear: float = 0.05, zfar: float = 100.0, name: Any = None) -> None:
+        super().__init__(name, znear, zfar)
+        self.xmag, self.ymag = xmag, ymag
+
+    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
+        return lf.Camera.orthographic(pose, self.ymag, self.znear or 0.0, self.zfar or 100.0)
+
+
+class Light:
+    def __init__(self, color: Any = None, intensity: Optional[float] = None, name: Optional[str] = None) -> None:
+        self.color = np.ones(3) if color is None else np.asarray(color, dtype=float)[:3]
+        self.intensity, self.name = 1.0 if intensity is None else intensity, name
+
+    def light(self, pose: np.ndarray) -> lf.Light:
+        return lf.DirectionalLight(-pose[:3, 2], self.intensity, self.color)
+
+
+class DirectionalLight(Light):
+    """Lux, along its -z axis."""
+
+
+class PointLight(Light):
+    """Candela."""
+
+    def __init__(self, color: Any = None, intensity: Any = None, range: Optional[float] = None, name: Any = None) -> None:
+        super().__init__(color, intensity, name)
+        self.range = range
+
+    def light(self, pose: np.ndarray) -> lf.Light:
+        return lf.PointLight(pose[:3, 3], self.intensity, self.color, self.range)
+
+
+class SpotLight(PointLight):
+    """Candela, along its -z axis; angles in radians."""
+
+    def __init__(
+        self, color: Any = None, intensity: Any = None, range: Optional[float] = None, innerConeAngle: float = 0.0,
+        outerConeAngle: float = math.pi / 4, name: Any = None,
+    ) -> None:
+        super().__init__(color, intensity, range, name)
+        self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
+
+    def light(self, pose: np.ndarray) -> lf.Light:
+        inner, outer = math.degrees(self.innerConeAngle), math.degrees(self.outerConeAngle)
+        return lf.SpotLight(pose[:3, 3], -pose[:3, 2], self.intensity, inner, outer, self.color, self.range)
+
+
+class Node:
+    """A place with an object, relative to its parent."""
+
+    def __init__(
+        self, name: Optional[str] = None, camera: Optional[_Camera] = None, children: Optional[List["Node"]] = None,
+        light: Optional[Light] = None, mesh: Optional[Mesh] = None, matrix: Any = None, translation: Any = None,
+    ) -> None:
+        self.name, self.camera, self.light, self.mesh, self.children = name, camera, light, mesh, list(children or ())
+        self.matrix = np.eye(4) if matrix is None else np.array(matrix, dtype=float)
+        if translation is not None:
+            self.matrix[:3, 3] = translation
+
+
+class Scene:
+    """A tree of nodes."""
+
+    def __init__(self, nodes: Any = None, bg_color: Any = None, ambient_light: Any = None, name: Optional[str] = None) -> None:
+        self.bg_color = np.ones(4) if bg_color is None else np.asarray(bg_color, dtype=float)
+        self.ambient_light = np.zeros(3) if ambient_light is None else np.asarray(ambient_light, dtype=float)[:3]
+        self.name, self._roots, self.main_camera_node = name, [], None
+        for node in nodes or ():
+            self.add_node(node)
+
+    @staticmethod
+    def from_trimesh_scene(trimesh_scene: Any, bg_color: Any = None, ambient_light: Any = None) -> "Scene":
+        scene = Scene(bg_color=bg_color, ambient_light=ambient_light)
+        for name in trimesh_scene.graph.nodes_geometry:
+            pose, geometry = trimesh_scene.graph[name]
+            scene.add(Mesh.from_trimesh(trimesh_scene.geometry[geometry]), name=str(name), pose=pose)
+        return scene
+
+    def _placed(self) -> Iterator[Tuple[Node, np.ndarray]]:
+        waiting = [(node, np.eye(4)) for node in self._roots]
+        while waiting:
+            node, parent = waiting.pop()
+            pose = parent @ node.matrix
+            yield node, pose
+            waiting.extend((child, pose) for child in node.children)
+
+    @property
+    def nodes(self) -> List[Node]:
+        return [node for node, _ in self._placed()]
+
+    mesh_nodes = property(lambda self: {node for node in self.nodes if node.mesh})
+    camera_nodes = property(lambda self: {node for node in self.nodes if node.camera})
+    light_nodes = property(lambda self: {node for node in self.nodes if node.light})
+
+    def add(self, obj: Any, name: Optional[str] = None, pose: Any = None, parent_node: Optional[Node] = None,
+            parent_name: Optional[str] = None) -> Node:
+        kind = {Mesh: "mesh", _Camera: "camera", Light: "light"}
+        role = next((role for base, role in kind.items() if isinstance(obj, base)), None)
+        if role is None:
+            raise TypeError(f"a Mesh, a camera or a light is meant, not {type(obj).__name__}")
+        if parent_name is not None:
+            parent_node = next(iter(self.get_nodes(name=parent_name)))
+        node = Node(name=name or obj.name, matrix=pose, **{role: obj})
+        self.add_node(node, parent_node)
+        return node
+
+    def add_node(self, node: Node, parent_node: Optional[Node] = None) -> None:
+        (self._roots if parent_node is None else parent_node.children).append(node)
+        if self.main_camera_node is None and node.camera:
+            self.main_camera_node = node
+
+    def remove_node(self, node: Node) -> None:
+        for siblings in [self._roots] + [other.children for other in self.nodes]:
+            if node in siblings:
+                siblings.remove(node)
+        if node is self.main_camera_node:
+            self.main_camera_node = next(iter(self.camera_nodes), None)
+
+    def get_nodes(self, node: Any = None, name: Any = None, obj: Any = None) -> set:
+        wanted = [(lambda n: n is node, node), (lambda n: n.name == name, name), (lambda n: obj in (n.mesh, n.camera, n.light), obj)]
+        return {n for n in self.nodes if all(test(n) for test, given in wanted if given is not None)}
+
+    def get_pose(self, node: Node) -> np.ndarray:
+        return next(pose for other, pose in self._placed() if other is node)
+
+    def set_pose(self, node: Node, pose: Any) -> None:
+        """Sets the pose relative to the node's parent, as pyrender does."""
+        node.matrix = np.array(pose, dtype=float)
+
+
+class OffscreenRenderer:
+    """Renders scenes to arrays. `settings`: those of `lanternfish.Renderer`."""
+
+    def __init__(self, viewport_width: int, viewport_height: int, point_size: float = 1.0, quality: str = "draft", **settings: Any) -> None:
+        self.viewport_width, self.viewport_height = viewport_width, viewport_height
+        self._settings = {"exposure": 0, "tone_map": "none", **settings, "quality": quality, "light_rig": "none"}
+        self._key: Any = None
+        self._renderer: Optional[lf.Renderer] = None
+
+    def render(self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: Optional[Dict[Node, Any]] = None) -> Any:
+        """Colour and depth; with DEPTH_ONLY the depth alone."""
+        if flags & RenderFlags._REFUSED:
+            raise ValueError("wireframes and normals as lines are not rendered")
+        if scene.main_camera_node is None:
+            raise ValueError("the scene has no camera: add one")
+        placed = list(scene._placed())
+        parts = [(node, pose @ own, part) for node, pose in placed if node.mesh and node.mesh.is_visible
+                 for own in node.mesh.poses for part in node.mesh.primitives]
+        self._prepare(scene, flags, parts, [node.light.light(pose) for node, pose in placed if node.light])
+        assert self._renderer is not None
+        size = (self.viewport_width, self.viewport_height)
+        camera = scene.main_camera_node.camera.camera(scene.get_pose(scene.main_camera_node), size)
+        is_seg, is_flat = flags & RenderFlags.SEG, flags & RenderFlags.FLAT
+        color = "instance" if is_seg else "albedo" if is_flat else "rgba" if flags & RenderFlags.RGBA else "rgb"
+        images = self._renderer.render(camera, size, ("depth",) if flags & RenderFlags.DEPTH_ONLY else ("depth", color))
+        depth = images["depth"]
+        if scene.main_camera_node.camera.zfar is not None:
+            depth = np.where(depth > scene.main_camera_node.camera.zfar, 0, depth)
+        if flags & RenderFlags.DEPTH_ONLY:
+            return depth
+        if is_seg:
+            colors = [np.zeros(3)] + [(seg_node_map or {}).get(node, np.zeros(3)) for node, _, _ in parts]
+            return np.asarray(colors).astype(np.uint8)[images["instance"]], depth
+        if is_flat:
+            linear = np.clip(images["albedo"], 0, 1)
+            shown = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+            return np.where(depth[..., None] > 0, 255 * shown + 0.5, 255 * scene.bg_color[:3]).astype(np.uint8), depth
+        return images[color], depth
+
+    def _prepare(self, scene: Scene, flags: int, parts: List[Tuple[Node, np.ndarray, lf.Mesh]], lights: List[lf.Light]) -> None:
+        background = "transparent" if flags & RenderFlags.RGBA else "#" + bytes(
+            int(round(255 * min(max(c, 0), 1))) for c in scene.bg_color[:3]).hex()
+        key = ([(node, part) for node, _, part in parts], len(lights), background, scene.ambient_light.tolist())
+        if self._renderer is None or key != self._key:
+            self.delete()
+            made = lf.Scene()
+            for node, pose, part in parts:
+                made.add(part, pose=pose, name=node.name or "")
+            made.lights = lights
+            if scene.ambient_light.any():
+                made.set_sky(scene.ambient_light)
+            self._renderer, self._key = lf.Renderer(made, background=background, **self._settings), key
+        else:
+            self._renderer.set_poses({index + 1: pose for index, (_, pose, _) in enumerate(parts)})
+            if [light._raw() for light in lights] != self._lights:
+                self._renderer.set_lights(lights)
+        self._lights = [light._raw() for light in lights]
+
+    def delete(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None

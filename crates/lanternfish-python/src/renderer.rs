@@ -1,0 +1,468 @@
+//! A renderer that keeps a scene on the device.
+
+use std::{
+    cell::Cell,
+    mem,
+    ops::ControlFlow,
+    process,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use glam::Affine3A;
+use lanternfish::{
+    Aovs, GpuScene, RenderError, RenderedImage, Renderer, Settings,
+    settings::{Exposure, Occlusion, Preset},
+};
+use lanternfish_scene::{Camera, Light, Scene, Setting as _, memory::Budget, near_plane, nearest, rig};
+use pyo3::{
+    exceptions::{PyMemoryError, PyValueError},
+    prelude::*,
+    types::PyDict,
+};
+
+use crate::{
+    Error, check_process,
+    device::Device,
+    log,
+    outputs::Outputs,
+    raw::{RawCamera, RawLight, Rows, affine},
+    render_failed,
+    scene::{SceneData, changed, default_camera},
+    step,
+};
+
+/// Why work ended.
+enum Failure {
+    Render(RenderError),
+    Python(PyErr),
+}
+
+impl From<RenderError> for Failure {
+    fn from(error: RenderError) -> Self {
+        Self::Render(error)
+    }
+}
+
+impl From<PyErr> for Failure {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
+    }
+}
+
+/// A scene with a camera at one time.
+#[pyclass(frozen)]
+pub struct Moment(lanternfish::Moment);
+
+/// The renderer, which threads use one after another; none once it is closed.
+#[pyclass(frozen)]
+pub struct RendererData {
+    state: Mutex<Option<State>>,
+    process: u32,
+}
+
+impl Drop for RendererData {
+    fn drop(&mut self) {
+        // In a forked process the driver has lost its threads, and may wait for them.
+        if self.process != process::id() {
+            mem::forget(self.state.get_mut().unwrap_or_else(PoisonError::into_inner).take());
+        }
+    }
+}
+
+struct State {
+    renderer: Renderer,
+    /// As it is on the device, but for what waits.
+    scene: Arc<Scene>,
+    uploaded: Option<GpuScene>,
+    /// The rig for scenes without light, by name; `auto` chooses it.
+    light_rig: String,
+    /// The rig that was added, and the camera around which it is.
+    added: Option<(rig::LightRig, Camera)>,
+    /// True if the next display image sets the exposure of all.
+    is_metered: bool,
+    /// Exposure at which white is white in the rig.
+    exposure_of_rig: Option<f32>,
+    near: f32,
+    /// Instances that have moved since the last image.
+    moved: Vec<(usize, Affine3A)>,
+    /// Bytes that the last image's moves sent to the device.
+    sent_bytes: u64,
+}
+
+/// Settings by name and value, each as text, with the rules of the command line.
+pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<Settings> {
+    let mut preset = Preset::default();
+    preset.read(quality).map_err(|what| PyValueError::new_err(format!("quality: {what}")))?;
+    let known = Settings::parameters();
+    let names: Vec<_> = known.iter().map(|parameter| parameter.info.name).collect();
+    for (name, text) in values {
+        let python = |name: &str| name.replace('-', "_");
+        if !names.contains(&name.as_str()) {
+            let near = python(nearest(name, &names));
+            return Err(PyValueError::new_err(format!("there is no setting {:?}; did you mean {near:?}?", python(name))));
+        }
+        Settings::check(name, text).map_err(|what| PyValueError::new_err(format!("{}: {what}", python(name))))?;
+    }
+    let invalid = |what: String| PyValueError::new_err(what);
+    let texts = || values.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    let frames = texts().find(|(name, _)| *name == "accumulate").and_then(|(_, text)| text.parse().ok()).unwrap_or(1);
+    let choices = texts().filter(|(name, _)| Settings::is_choice(name));
+    let mut settings = Settings::of_choices(preset, choices, frames).map_err(invalid)?;
+    for (name, text) in texts().filter(|(name, _)| !Settings::is_choice(name)) {
+        settings.set(name, text).map_err(invalid)?;
+        if settings.get(name).is_none() && !["none", "auto"].contains(&text) {
+            return Err(invalid(format!("{}: belongs to a technique that is not chosen", name.replace('-', "_"))));
+        }
+    }
+    Ok(settings)
+}
+
+/// Name, valid values and meaning of every setting.
+#[pyfunction]
+pub fn settings() -> Vec<(String, Vec<&'static str>, &'static str)> {
+    let entry = |parameter: lanternfish::settings::AnyParameter| {
+        let names = parameter.names.iter().map(|(name, _)| *name).collect();
+        (parameter.info.name.replace('-', "_"), names, parameter.info.help)
+    };
+    Settings::parameters().into_iter().map(entry).collect()
+}
+
+/// Adds the light rig of this name; of `auto`, if nothing lights the scene. Returns it, and the exposure at which it shows white as white.
+pub fn add_rig(
+    scene: &mut Arc<Scene>,
+    camera: &Camera,
+    name: &str,
+    reaches_surfaces: bool,
+) -> PyResult<(Option<rig::LightRig>, Option<f32>)> {
+    let mut rig = rig::LightRig::for_dark(reaches_surfaces);
+    match name {
+        "auto" if scene.bounds().is_empty() || !rig::is_dark(scene) => return Ok((None, None)),
+        "auto" => {
+            let text = format!("the scene has no light of its own: lit by the light rig {rig} (light_rig=studio|sun|none)");
+            log::note(log::INFO, text);
+        }
+        name => rig.read(name).map_err(|what| PyValueError::new_err(format!("light_rig: {what}")))?,
+    }
+    let exposure = rig.add(Arc::make_mut(scene), camera, 1.0);
+    Ok((Some(rig), exposure))
+}
+
+impl State {
+    /// Uploads the scene with its light, or sends what has moved.
+    fn prepare(&mut self, camera: &Camera) -> Result<(), Failure> {
+        let moved = mem::take(&mut self.moved);
+        let Some(uploaded) = &mut self.uploaded else {
+            let settings = self.renderer.settings();
+            if settings.image.debug_view.is_none() {
+                let reaches = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
+                let (rig, exposure) = add_rig(&mut self.scene, camera, &self.light_rig, reaches)?;
+                (self.added, self.exposure_of_rig) = (rig.map(|rig| (rig, camera.clone())), exposure);
+            }
+            self.uploaded = Some(self.renderer.upload(&self.scene)?);
+            return Ok(());
+        };
+        self.sent_bytes = 0;
+        if moved.is_empty() {
+            return Ok(());
+        }
+        match self.renderer.move_instances(uploaded, &moved) {
+            Ok(sent) => self.sent_bytes = sent.bytes,
+            Err(RenderError::NeedsUpdate { .. }) => self.renderer.update(uploaded, &self.scene)?,
+            Err(error) => return Err(error.into()),
+        }
+        Ok(())
+    }
+
+    /// Sends the changed scene.
+    fn update(&mut self) -> Result<(), Failure> {
+        self.moved.clear();
+        if let Some(uploaded) = &mut self.uploaded {
+            self.renderer.update(uploaded, &self.scene)?;
+        }
+        Ok(())
+    }
+
+    /// A change of one thing, which the device may take alone.
+    fn change(
+        &mut self,
+        change: impl FnOnce(&Renderer, &mut GpuScene) -> Result<lanternfish::Sent, RenderError>,
+    ) -> Result<(), Failure> {
+        let Some(uploaded) = &mut self.uploaded else { return Ok(()) };
+        match change(&self.renderer, uploaded) {
+            Err(RenderError::NeedsUpdate { .. }) => self.update(),
+            result => Ok(result.map(|_| ())?),
+        }
+    }
+
+    fn image(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+        has_display: bool,
+        mut tell: impl FnMut(usize) -> PyResult<()>,
+    ) -> Result<RenderedImage, Failure> {
+        let is_metered = self.is_metered && has_display;
+        if let Some(ev) = self.exposure_of_rig.filter(|_| is_metered) {
+            self.renderer.set_exposure(Exposure::Ev(ev))?;
+        }
+        let mut failure = None;
+        let tell = |frames: u32| match tell(frames as usize) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                failure = Some(error);
+                ControlFlow::Break(())
+            }
+        };
+        let uploaded = self.uploaded.as_ref().expect("it was prepared");
+        let rendered = self.renderer.render_frames(uploaded, &[(camera, size)], tell);
+        if let Some(error) = failure {
+            return Err(error.into());
+        }
+        let image = rendered?.remove(0);
+        if let Some(ev) = image.exposure.filter(|_| is_metered) {
+            self.renderer.set_exposure(Exposure::Ev(ev))?;
+            self.is_metered = false;
+        }
+        Ok(image)
+    }
+}
+
+thread_local! {
+    static IS_BUSY: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A thread that works, and would wait for itself.
+struct Busy;
+
+impl Busy {
+    fn new() -> Option<Self> {
+        (!IS_BUSY.replace(true)).then_some(Self)
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        IS_BUSY.set(false);
+    }
+}
+
+impl RendererData {
+    /// Runs `work` without the interpreter's lock.
+    fn work<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut State) -> Result<R, Failure> + Send) -> PyResult<R> {
+        check_process()?;
+        let Some(_busy) = Busy::new() else {
+            return Err(Error::new_err("a renderer is used within its own progress: let the call return first"));
+        };
+        let done = py.detach(|| {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let closed = || Failure::Python(Error::new_err("the renderer is closed: make another one"));
+            work(state.as_mut().ok_or_else(closed)?)
+        });
+        log::tell(py)?;
+        done.map_err(|failure| match failure {
+            Failure::Render(error) => render_failed(error),
+            Failure::Python(error) => error,
+        })
+    }
+}
+
+#[pymethods]
+impl RendererData {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        device: &Device,
+        scene: &SceneData,
+        quality: &str,
+        light_rig: String,
+        values: Vec<(String, String)>,
+    ) -> PyResult<Self> {
+        check_process()?;
+        let settings = chosen_settings(quality, &values)?;
+        let is_metered = settings.image.exposure == Exposure::Auto;
+        if light_rig != "auto" {
+            let read = rig::LightRig::Studio.read(&light_rig);
+            read.map_err(|what| PyValueError::new_err(format!("light_rig: {what}, or auto")))?;
+        }
+        let scene = Arc::clone(&scene.scene);
+        let made = py.detach(|| {
+            scene.validate().map_err(RenderError::from)?;
+            Ok::<_, RenderError>((Renderer::with_engine(&device.engine, settings)?, near_plane(&scene.bounds())))
+        });
+        log::tell(py)?;
+        let (renderer, near) = made.map_err(render_failed)?;
+        let (uploaded, added, exposure_of_rig, moved) = (None, None, None, Vec::new());
+        let state =
+            State { renderer, scene, uploaded, light_rig, added, is_metered, exposure_of_rig, near, moved, sent_bytes: 0 };
+        Ok(Self { state: Mutex::new(Some(state)), process: process::id() })
+    }
+
+    /// Renders each camera's image.
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        cameras: Vec<RawCamera>,
+        size: [u32; 2],
+        outputs: Vec<String>,
+        towards: Option<&Moment>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let mut outputs = Outputs::new(&outputs)?;
+        let count = cameras.len();
+        let [width, height] = size.map(|side| side as usize);
+        let bytes = (count * width).saturating_mul(height) as u64 * (Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
+        let need = Budget::of_process().check(bytes, || format!("{count} images of {width}x{height} pixels need"));
+        need.map_err(|need| PyMemoryError::new_err(format!("{need}; render fewer at a time")))?;
+        let outputs = self.work(py, |state| {
+            let frames = state.renderer.settings().image.accumulate as usize;
+            for (index, camera) in cameras.iter().enumerate() {
+                let camera = camera.camera(state.near);
+                state.prepare(&camera)?;
+                let tell = |done: usize| step(progress.as_ref(), index * frames + done, count * frames);
+                let image = match outputs.have_light() {
+                    true => Some(state.image(&camera, size, outputs.have_display(), tell)?),
+                    false => None,
+                };
+                let State { renderer, uploaded, scene, .. } = &mut *state;
+                let uploaded = uploaded.as_ref().expect("it was prepared");
+                let aovs = match outputs.have_surfaces() {
+                    true => Some(renderer.aovs(uploaded, &camera, size, towards.map(|moment| &moment.0))?),
+                    false => None,
+                };
+                let class = |id: u32| id.checked_sub(1).and_then(|index| scene.semantics.get(index as usize).copied());
+                outputs.add(image.as_ref(), aovs.as_ref(), |id| class(id).unwrap_or(0));
+                if frames == 1 || image.is_none() {
+                    step(progress.as_ref(), (index + 1) * frames, count * frames)?;
+                }
+            }
+            Ok(outputs)
+        })?;
+        let arrays = PyDict::new(py);
+        for (name, array) in outputs.arrays(py, [count, height, width])? {
+            arrays.set_item(name, array)?;
+        }
+        Ok(arrays)
+    }
+
+    /// The scene as it is, for motion towards or from it.
+    fn moment(&self, py: Python<'_>, camera: RawCamera) -> PyResult<Moment> {
+        self.work(py, |state| {
+            let camera = camera.camera(state.near);
+            state.prepare(&camera)?;
+            Ok(Moment(state.renderer.moment(state.uploaded.as_ref().expect("it was prepared"), &camera)))
+        })
+    }
+
+    /// Moves instances, by their numbers from 1 on, at the next image.
+    fn set_poses(&self, py: Python<'_>, poses: Vec<(usize, Rows)>) -> PyResult<()> {
+        self.work(py, |state| {
+            let scene = Arc::make_mut(&mut state.scene);
+            for (id, pose) in &poses {
+                scene.instances[id - 1].world_from_object = affine(pose);
+                state.moved.push((id - 1, affine(pose)));
+            }
+            Ok(())
+        })
+    }
+
+    /// Replaces a light of the scene.
+    fn set_light(&self, py: Python<'_>, index: usize, light: RawLight) -> PyResult<()> {
+        let light = light.light()?;
+        self.work(py, |state| {
+            Arc::make_mut(&mut state.scene).lights[index] = light.clone();
+            state.change(|renderer, uploaded| renderer.set_light(uploaded, index, &light))
+        })
+    }
+
+    /// Replaces all lights but those of a rig.
+    fn set_lights(&self, py: Python<'_>, lights: Vec<RawLight>) -> PyResult<()> {
+        let mut lights = lights.iter().map(RawLight::light).collect::<PyResult<Vec<Light>>>()?;
+        self.work(py, |state| {
+            let of_rig = |light: &&Light| state.added.is_some() && light.name.ends_with(" of the rig");
+            lights.extend(state.scene.lights.iter().filter(of_rig).cloned());
+            Arc::make_mut(&mut state.scene).lights = lights;
+            state.update()
+        })
+    }
+
+    /// Changes properties of a material.
+    fn set_material(&self, py: Python<'_>, index: usize, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+        let scene = self.work(py, |state| Ok(Arc::clone(&state.scene)))?;
+        let material = changed(&scene.materials[index], changes)?;
+        drop(scene);
+        self.work(py, |state| {
+            Arc::make_mut(&mut state.scene).materials[index] = material.clone();
+            state.change(|renderer, uploaded| renderer.set_material(uploaded, index, &material))
+        })
+    }
+
+    /// Takes the scene as it is now, with the rig that was added.
+    fn update(&self, py: Python<'_>, scene: &SceneData) -> PyResult<()> {
+        let scene = Arc::clone(&scene.scene);
+        self.work(py, |state| {
+            scene.validate().map_err(RenderError::from)?;
+            (state.scene, state.near) = (Arc::clone(&scene), near_plane(&scene.bounds()));
+            if let Some((rig, camera)) = &state.added {
+                rig.add(Arc::make_mut(&mut state.scene), camera, 1.0);
+            }
+            state.update()
+        })
+    }
+
+    /// Moves the scene to a time of an animation.
+    fn set_time(&self, py: Python<'_>, animation: usize, time: f32) -> PyResult<()> {
+        self.work(py, |state| {
+            let count = state.scene.motion.animations.len();
+            if animation >= count {
+                return Err(RenderError::NoAnimation { number: animation, count }.into());
+            }
+            Arc::make_mut(&mut state.scene).pose(animation, time);
+            state.update()
+        })
+    }
+
+    fn cameras(&self, py: Python<'_>) -> PyResult<Vec<RawCamera>> {
+        self.work(py, |state| Ok(state.scene.cameras.iter().map(RawCamera::of).collect()))
+    }
+
+    fn lights(&self, py: Python<'_>) -> PyResult<Vec<RawLight>> {
+        self.work(py, |state| Ok(state.scene.lights.iter().map(RawLight::of).collect()))
+    }
+
+    /// The first camera, or one that frames the scene.
+    fn default_camera(&self, py: Python<'_>, aspect: f32) -> PyResult<RawCamera> {
+        self.work(py, |state| Ok(RawCamera::of(&default_camera(&state.scene, aspect))))
+    }
+
+    /// Exposure of display images, EV; none until the first image was metered.
+    #[getter]
+    fn exposure(&self, py: Python<'_>) -> PyResult<Option<f32>> {
+        self.work(py, |state| match state.renderer.settings().image.exposure {
+            Exposure::Ev(ev) => Ok(Some(ev)),
+            Exposure::Auto => Ok(None),
+        })
+    }
+
+    #[setter]
+    fn set_exposure(&self, py: Python<'_>, value: &str) -> PyResult<()> {
+        let mut exposure = Exposure::Auto;
+        exposure.read(value).map_err(|what| PyValueError::new_err(format!("exposure: {what}")))?;
+        self.work(py, |state| {
+            state.is_metered = exposure == Exposure::Auto;
+            Ok(state.renderer.set_exposure(exposure)?)
+        })
+    }
+
+    #[getter]
+    fn sent_bytes(&self, py: Python<'_>) -> PyResult<u64> {
+        self.work(py, |state| Ok(state.sent_bytes))
+    }
+
+    /// Frees what it holds.
+    fn close(&self, py: Python<'_>) {
+        let state = || self.state.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if self.process == process::id() {
+            py.detach(|| drop(state()));
+        }
+    }
+}
