@@ -10,6 +10,8 @@ mod raw;
 mod reference;
 mod renderer;
 mod scene;
+mod settings;
+mod state;
 
 use std::{fmt, io, process, sync::OnceLock};
 
@@ -33,7 +35,9 @@ fn failed(error: impl fmt::Display) -> PyErr {
 fn render_failed(error: RenderError) -> PyErr {
     let text = error.to_string();
     match error {
-        RenderError::InvalidScene(_) | RenderError::Camera { .. } | RenderError::Size { .. } => PyValueError::new_err(text),
+        RenderError::InvalidScene(_) | RenderError::Camera { .. } | RenderError::Size { .. } => {
+            PyValueError::new_err(text)
+        }
         RenderError::TooMuch(_) | RenderError::ImageTooLarge(_) => PyMemoryError::new_err(text),
         _ => failed(text),
     }
@@ -81,5 +85,5 @@ fn _lanternfish(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<renderer::Moment>()?;
     module.add_function(wrap_pyfunction!(reference::reference, module)?)?;
     module.add_function(wrap_pyfunction!(reference::compare, module)?)?;
-    module.add_function(wrap_pyfunction!(renderer::settings, module)?)
+    module.add_function(wrap_pyfunction!(settings::settings, module)?)
 }

@@ -52,7 +52,8 @@ impl Outputs {
         let kind = |name: &String| {
             let near = lanternfish_scene::nearest(name, &NAMES);
             let all = NAMES.join(", ");
-            let unknown = || PyValueError::new_err(format!("outputs: {name:?}: expected some of {all}; did you mean {near:?}?"));
+            let unknown =
+                || PyValueError::new_err(format!("outputs: {name:?}: expected some of {all}; did you mean {near:?}?"));
             NAMES.iter().position(|known| known == name).ok_or_else(unknown)
         };
         let kinds = names.iter().map(kind).collect::<PyResult<Vec<_>>>()?;
@@ -76,7 +77,9 @@ impl Outputs {
     pub fn add(&mut self, image: Option<&RenderedImage>, aovs: Option<&Aovs>, class_of: impl Fn(u32) -> u32) {
         for (kind, all) in self.kinds.iter().zip(&mut self.values) {
             let values = match (NAMES[*kind], image, aovs) {
-                ("rgb", Some(image), _) => Values::Bytes(image.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()),
+                ("rgb", Some(image), _) => {
+                    Values::Bytes(image.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect())
+                }
                 ("rgba", Some(image), _) => Values::Bytes(image.display.as_flattened().to_vec()),
                 ("radiance", Some(image), _) => {
                     Values::Floats(image.radiance.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect())
@@ -97,7 +100,11 @@ impl Outputs {
     }
 
     /// The arrays by name: `count` images of `height` rows, `width` columns, and the values of a pixel.
-    pub fn arrays(self, py: Python<'_>, [count, height, width]: [usize; 3]) -> PyResult<Vec<(&'static str, Bound<'_, PyAny>)>> {
+    pub fn arrays(
+        self,
+        py: Python<'_>,
+        [count, height, width]: [usize; 3],
+    ) -> PyResult<Vec<(&'static str, Bound<'_, PyAny>)>> {
         let array = |(kind, values): (usize, Values)| {
             let channels = values.len() / (count * height * width).max(1);
             let shape = [count, height, width, channels];

@@ -70,9 +70,9 @@ pub struct RawLight {
     /// Red, green, blue: cd, lx or nits.
     intensity: [f32; 3],
     range: Option<f32>,
-    /// Inner and outer angle of a spot, radians.
+    /// Inner and outer angle of a spot, degrees.
     angles: [f32; 2],
-    /// Radius of a disk; width and height of a rectangle, m.
+    /// Width and height of a rectangle, twice the radius of a disk, m.
     size: [f32; 2],
     /// Direction of a rectangle's width.
     right: [f32; 3],
@@ -84,12 +84,12 @@ impl RawLight {
         let kind = match light.kind {
             LightKind::Point => "point",
             LightKind::Spot { inner_angle, outer_angle } => {
-                angles = [inner_angle, outer_angle];
+                angles = [inner_angle, outer_angle].map(f32::to_degrees);
                 "spot"
             }
             LightKind::Directional => "directional",
             LightKind::Disk { radius } => {
-                size = [radius; 2];
+                size = [2.0 * radius; 2];
                 "disk"
             }
             LightKind::Rectangle { half_width, half_height, right } => {
@@ -107,13 +107,13 @@ impl RawLight {
         let [position, direction, intensity, right] =
             [self.position, self.direction, self.intensity, self.right].map(Vec3::from);
         let direction = direction.try_normalize().unwrap_or(Vec3::NEG_Y);
-        let ([width, height], [inner_angle, outer_angle]) = (self.size, self.angles);
+        let ([width, height], [inner_angle, outer_angle]) = (self.size, self.angles.map(f32::to_radians));
         let point = Light { direction, range: self.range, ..Light::point(position, intensity) };
         let light = match self.kind.as_str() {
             "point" => point,
             "spot" => Light { kind: LightKind::Spot { inner_angle, outer_angle }, ..point },
             "directional" => Light::directional(direction, intensity),
-            "disk" => Light { range: self.range, ..Light::disk(position, direction, width, intensity) },
+            "disk" => Light { range: self.range, ..Light::disk(position, direction, 0.5 * width, intensity) },
             "rectangle" => {
                 let rectangle = Light::rectangle(position, direction, right, [width, height], intensity);
                 Light { range: self.range, ..rectangle }

@@ -12,8 +12,8 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 use crate::{
     check_process, failed, log,
     raw::RawCamera,
-    renderer::{add_rig, chosen_settings},
     scene::SceneData,
+    settings::{add_rig, chosen_settings},
     step,
 };
 

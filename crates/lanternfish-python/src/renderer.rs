@@ -2,18 +2,12 @@
 
 use std::{
     cell::Cell,
-    mem,
-    ops::ControlFlow,
-    process,
+    mem, process,
     sync::{Arc, Mutex, PoisonError},
 };
 
-use glam::Affine3A;
-use lanternfish::{
-    Aovs, GpuScene, RenderError, RenderedImage, Renderer, Settings,
-    settings::{Exposure, Occlusion, Preset},
-};
-use lanternfish_scene::{Camera, Light, Scene, Setting as _, memory::Budget, near_plane, nearest, rig};
+use lanternfish::{Aovs, RenderError, RenderedImage, Renderer, settings::Exposure};
+use lanternfish_scene::{Light, Setting as _, memory::Budget, near_plane, rig};
 use pyo3::{
     exceptions::{PyMemoryError, PyValueError},
     prelude::*,
@@ -28,26 +22,10 @@ use crate::{
     raw::{RawCamera, RawLight, Rows, affine},
     render_failed,
     scene::{SceneData, changed, default_camera},
+    settings::chosen_settings,
+    state::{Failure, State},
     step,
 };
-
-/// Why work ended.
-enum Failure {
-    Render(RenderError),
-    Python(PyErr),
-}
-
-impl From<RenderError> for Failure {
-    fn from(error: RenderError) -> Self {
-        Self::Render(error)
-    }
-}
-
-impl From<PyErr> for Failure {
-    fn from(error: PyErr) -> Self {
-        Self::Python(error)
-    }
-}
 
 /// A scene with a camera at one time.
 #[pyclass(frozen)]
@@ -66,164 +44,6 @@ impl Drop for RendererData {
         if self.process != process::id() {
             mem::forget(self.state.get_mut().unwrap_or_else(PoisonError::into_inner).take());
         }
-    }
-}
-
-struct State {
-    renderer: Renderer,
-    /// As it is on the device, but for what waits.
-    scene: Arc<Scene>,
-    uploaded: Option<GpuScene>,
-    /// The rig for scenes without light, by name; `auto` chooses it.
-    light_rig: String,
-    /// The rig that was added, and the camera around which it is.
-    added: Option<(rig::LightRig, Camera)>,
-    /// True if the next display image sets the exposure of all.
-    is_metered: bool,
-    /// Exposure at which white is white in the rig.
-    exposure_of_rig: Option<f32>,
-    near: f32,
-    /// Instances that have moved since the last image.
-    moved: Vec<(usize, Affine3A)>,
-    /// Bytes that the last image's moves sent to the device.
-    sent_bytes: u64,
-}
-
-/// Settings by name and value, each as text, with the rules of the command line.
-pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<Settings> {
-    let mut preset = Preset::default();
-    preset.read(quality).map_err(|what| PyValueError::new_err(format!("quality: {what}")))?;
-    let known = Settings::parameters();
-    let names: Vec<_> = known.iter().map(|parameter| parameter.info.name).collect();
-    for (name, text) in values {
-        let python = |name: &str| name.replace('-', "_");
-        if !names.contains(&name.as_str()) {
-            let near = python(nearest(name, &names));
-            return Err(PyValueError::new_err(format!("there is no setting {:?}; did you mean {near:?}?", python(name))));
-        }
-        Settings::check(name, text).map_err(|what| PyValueError::new_err(format!("{}: {what}", python(name))))?;
-    }
-    let invalid = |what: String| PyValueError::new_err(what);
-    let texts = || values.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-    let frames = texts().find(|(name, _)| *name == "accumulate").and_then(|(_, text)| text.parse().ok()).unwrap_or(1);
-    let choices = texts().filter(|(name, _)| Settings::is_choice(name));
-    let mut settings = Settings::of_choices(preset, choices, frames).map_err(invalid)?;
-    for (name, text) in texts().filter(|(name, _)| !Settings::is_choice(name)) {
-        settings.set(name, text).map_err(invalid)?;
-        if settings.get(name).is_none() && !["none", "auto"].contains(&text) {
-            return Err(invalid(format!("{}: belongs to a technique that is not chosen", name.replace('-', "_"))));
-        }
-    }
-    Ok(settings)
-}
-
-/// Name, valid values and meaning of every setting.
-#[pyfunction]
-pub fn settings() -> Vec<(String, Vec<&'static str>, &'static str)> {
-    let entry = |parameter: lanternfish::settings::AnyParameter| {
-        let names = parameter.names.iter().map(|(name, _)| *name).collect();
-        (parameter.info.name.replace('-', "_"), names, parameter.info.help)
-    };
-    Settings::parameters().into_iter().map(entry).collect()
-}
-
-/// Adds the light rig of this name; of `auto`, if nothing lights the scene. Returns it, and the exposure at which it shows white as white.
-pub fn add_rig(
-    scene: &mut Arc<Scene>,
-    camera: &Camera,
-    name: &str,
-    reaches_surfaces: bool,
-) -> PyResult<(Option<rig::LightRig>, Option<f32>)> {
-    let mut rig = rig::LightRig::for_dark(reaches_surfaces);
-    match name {
-        "auto" if scene.bounds().is_empty() || !rig::is_dark(scene) => return Ok((None, None)),
-        "auto" => {
-            let text = format!("the scene has no light of its own: lit by the light rig {rig} (light_rig=studio|sun|none)");
-            log::note(log::INFO, text);
-        }
-        name => rig.read(name).map_err(|what| PyValueError::new_err(format!("light_rig: {what}")))?,
-    }
-    let exposure = rig.add(Arc::make_mut(scene), camera, 1.0);
-    Ok((Some(rig), exposure))
-}
-
-impl State {
-    /// Uploads the scene with its light, or sends what has moved.
-    fn prepare(&mut self, camera: &Camera) -> Result<(), Failure> {
-        let moved = mem::take(&mut self.moved);
-        let Some(uploaded) = &mut self.uploaded else {
-            let settings = self.renderer.settings();
-            if settings.image.debug_view.is_none() {
-                let reaches = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
-                let (rig, exposure) = add_rig(&mut self.scene, camera, &self.light_rig, reaches)?;
-                (self.added, self.exposure_of_rig) = (rig.map(|rig| (rig, camera.clone())), exposure);
-            }
-            self.uploaded = Some(self.renderer.upload(&self.scene)?);
-            return Ok(());
-        };
-        self.sent_bytes = 0;
-        if moved.is_empty() {
-            return Ok(());
-        }
-        match self.renderer.move_instances(uploaded, &moved) {
-            Ok(sent) => self.sent_bytes = sent.bytes,
-            Err(RenderError::NeedsUpdate { .. }) => self.renderer.update(uploaded, &self.scene)?,
-            Err(error) => return Err(error.into()),
-        }
-        Ok(())
-    }
-
-    /// Sends the changed scene.
-    fn update(&mut self) -> Result<(), Failure> {
-        self.moved.clear();
-        if let Some(uploaded) = &mut self.uploaded {
-            self.renderer.update(uploaded, &self.scene)?;
-        }
-        Ok(())
-    }
-
-    /// A change of one thing, which the device may take alone.
-    fn change(
-        &mut self,
-        change: impl FnOnce(&Renderer, &mut GpuScene) -> Result<lanternfish::Sent, RenderError>,
-    ) -> Result<(), Failure> {
-        let Some(uploaded) = &mut self.uploaded else { return Ok(()) };
-        match change(&self.renderer, uploaded) {
-            Err(RenderError::NeedsUpdate { .. }) => self.update(),
-            result => Ok(result.map(|_| ())?),
-        }
-    }
-
-    fn image(
-        &mut self,
-        camera: &Camera,
-        size: [u32; 2],
-        has_display: bool,
-        mut tell: impl FnMut(usize) -> PyResult<()>,
-    ) -> Result<RenderedImage, Failure> {
-        let is_metered = self.is_metered && has_display;
-        if let Some(ev) = self.exposure_of_rig.filter(|_| is_metered) {
-            self.renderer.set_exposure(Exposure::Ev(ev))?;
-        }
-        let mut failure = None;
-        let tell = |frames: u32| match tell(frames as usize) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                failure = Some(error);
-                ControlFlow::Break(())
-            }
-        };
-        let uploaded = self.uploaded.as_ref().expect("it was prepared");
-        let rendered = self.renderer.render_frames(uploaded, &[(camera, size)], tell);
-        if let Some(error) = failure {
-            return Err(error.into());
-        }
-        let image = rendered?.remove(0);
-        if let Some(ev) = image.exposure.filter(|_| is_metered) {
-            self.renderer.set_exposure(Exposure::Ev(ev))?;
-            self.is_metered = false;
-        }
-        Ok(image)
     }
 }
 
@@ -292,8 +112,18 @@ impl RendererData {
         log::tell(py)?;
         let (renderer, near) = made.map_err(render_failed)?;
         let (uploaded, added, exposure_of_rig, moved) = (None, None, None, Vec::new());
-        let state =
-            State { renderer, scene, uploaded, light_rig, added, is_metered, exposure_of_rig, near, moved, sent_bytes: 0 };
+        let state = State {
+            renderer,
+            scene,
+            uploaded,
+            light_rig,
+            added,
+            is_metered,
+            exposure_of_rig,
+            near,
+            moved,
+            sent_bytes: 0,
+        };
         Ok(Self { state: Mutex::new(Some(state)), process: process::id() })
     }
 
@@ -310,7 +140,8 @@ impl RendererData {
         let mut outputs = Outputs::new(&outputs)?;
         let count = cameras.len();
         let [width, height] = size.map(|side| side as usize);
-        let bytes = (count * width).saturating_mul(height) as u64 * (Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
+        let bytes =
+            (count * width).saturating_mul(height) as u64 * (Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
         let need = Budget::of_process().check(bytes, || format!("{count} images of {width}x{height} pixels need"));
         need.map_err(|need| PyMemoryError::new_err(format!("{need}; render fewer at a time")))?;
         let outputs = self.work(py, |state| {

@@ -4,8 +4,8 @@ use std::{path::PathBuf, sync::Arc};
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish_scene::{
-    Camera, Environment, Image, Instance, LoadOptions, Material, Mesh, Primitive, Sampler, Scene, Setting as _, Texture, UpAxis,
-    load_with,
+    Camera, Environment, Image, Instance, LoadOptions, Material, Mesh, Primitive, Sampler, Scene, Setting as _,
+    Texture, UpAxis, load_with,
 };
 use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
@@ -56,13 +56,7 @@ impl SceneData {
     }
 
     #[staticmethod]
-    fn load(
-        py: Python<'_>,
-        path: PathBuf,
-        up: &str,
-        scene: Option<String>,
-        variant: Option<String>,
-    ) -> PyResult<Self> {
+    fn load(py: Python<'_>, path: PathBuf, up: &str, scene: Option<String>, variant: Option<String>) -> PyResult<Self> {
         check_process()?;
         let mut axis = UpAxis::default();
         axis.read(up).map_err(|what| PyValueError::new_err(format!("up: {what}")))?;

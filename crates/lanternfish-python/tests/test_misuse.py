@@ -71,12 +71,12 @@ def test_mistakes_of_rendering_leave_the_renderer_usable():
         (lambda: renderer.render(CAMERA, (8, 8), ("depht",)), 'did you mean "depth"'),
         (lambda: renderer.set_pose("cup", np.eye(4)), "no instance called"),
         (lambda: renderer.set_pose("card", np.full((4, 4), np.nan)), "not finite"),
-        (lambda: renderer.set_light(0, lf.PointLight((0, 0, 0))), "no light 0"),
+        (lambda: renderer.set_light(9, lf.PointLight((0, 0, 0))), "no light 9"),
         (lambda: renderer.set_material(1, colour=1), "'colour'"),
         (lambda: setattr(renderer, "exposure", "bright"), "exposure: expected"),
     ]:
         with pytest.raises(ValueError) as caught:
-            call()
+            pytest.fail(f"{call()} instead of {words}")
         assert words in str(caught.value), caught.value
     with pytest.raises(lf.Error, match="animation"):
         renderer.set_time(1)

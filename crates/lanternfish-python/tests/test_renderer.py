@@ -57,7 +57,8 @@ def test_lights_and_exposure_change():
         renderer.exposure = "auto"
         renderer.render(CAMERA, SIZE)
         assert abs(renderer.exposure - metered + 1) < 0.2
-        renderer.set_lights([lf.SpotLight((0, 0, 3), (0, 0, -1), 30, color=(1, 0, 0)), lf.DiskLight((2, 0, 2), (-1, 0, -1))])
+        red = lf.SpotLight((0, 0, 3), (0, 0, -1), 30, color=(1, 0, 0))
+        renderer.set_lights([red, lf.DiskLight((2, 0, 2), (-1, 0, -1))])
         red, green, _ = renderer.render(CAMERA, SIZE, "radiance")["radiance"].mean((0, 1))
         assert red > 1.2 * green > 0
 

@@ -10,7 +10,6 @@ Units: metres, degrees, candela, lux, nits; colours are linear Rec. 709 unless s
 Notes go to `logging.getLogger("lanternfish")`. Exceptions: `ValueError` for what a caller passed, `Error` for the rest.
 """
 
-from typing import Dict, List, Tuple
 
 from . import _lanternfish
 from ._camera import Camera
@@ -21,12 +20,13 @@ from ._renderer import Renderer, compare, reference
 from ._scene import Scene, load
 
 
-def settings() -> Dict[str, Tuple[List[str], str]]:
+def settings() -> dict[str, tuple[list[str], str]]:
     """Every setting of a `Renderer`: its names of values, if it has such, and its meaning."""
     return {name: (names, help) for name, names, help in _lanternfish.settings()}
 
 
 __all__ = [
-    "Camera", "DirectionalLight", "DiskLight", "Error", "Images", "Light", "Material", "Mesh", "NoAdapter", "OUTPUTS", "PointLight",
-    "RectangleLight", "Renderer", "Scene", "SpotLight", "__version__", "compare", "load", "png", "reference", "settings", "write_png",
+    "Camera", "DirectionalLight", "DiskLight", "Error", "Images", "Light", "Material", "Mesh", "NoAdapter", "OUTPUTS",
+    "PointLight", "RectangleLight", "Renderer", "Scene", "SpotLight", "__version__", "compare", "load", "png",
+    "reference", "settings", "write_png",
 ]

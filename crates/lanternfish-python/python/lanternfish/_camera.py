@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, Optional, Tuple
+from typing import Any
 
 import numpy as np
 
@@ -18,22 +18,22 @@ _AXES = {"opengl": np.eye(4), "opencv": np.diag([1.0, -1.0, -1.0, 1.0])}
 class Camera:
     """A camera. `pose` is the 4 x 4 matrix that maps it to the world: rotation and translation, m, +y up.
 
-    OpenGL's cameras look along -z with y up, OpenCV's along z with y down: see `convention`. Extrinsics of OpenCV, which map the world
-    to the camera, are the inverse of the pose. The far plane is at infinity.
+    OpenGL's cameras look along -z with y up, OpenCV's along z with y down: see `convention`. Extrinsics of OpenCV,
+    which map the world to the camera, are the inverse of the pose. The far plane is at infinity.
     """
 
     pose: Any = None
     #: Full vertical angle of view, degrees.
-    fov_y: Optional[float] = 45.0
+    fov_y: float | None = 45.0
     #: Distance of the near plane, m; None: one that suits the scene.
-    near: Optional[float] = None
+    near: float | None = None
     #: Axes of `pose`: "opengl" or "opencv". The attribute `pose` is OpenGL's in either case.
     convention: str = "opengl"
     name: str = ""
     #: Width and height, pixels, if the camera was calibrated for an image.
-    size: Optional[Tuple[int, int]] = None
-    _slopes: Optional[Any] = field(default=None, repr=False)
-    _orthographic: Optional[Any] = field(default=None, repr=False)
+    size: tuple[int, int] | None = None
+    _slopes: Any | None = field(default=None, repr=False)
+    _orthographic: Any | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if self.convention not in _AXES:
@@ -47,7 +47,8 @@ class Camera:
     @classmethod
     def look_at(cls, eye: Any, target: Any, fov_y: float = 45.0, up: Any = (0, 1, 0), **more: Any) -> "Camera":
         """A camera at `eye` that looks at `target`. `up`: the direction that is up in the image, where possible."""
-        eye, target, up = (np.array(_check.vector(v, what)) for v, what in ((eye, "eye"), (target, "target"), (up, "up")))
+        named = (("eye", eye), ("target", target), ("up", up))
+        eye, target, up = (np.array(_check.vector(value, what)) for what, value in named)
         length = np.linalg.norm(eye - target)
         if length == 0 or not up.any():
             raise ValueError(f"eye and target are both {eye.tolist()}: they must differ, and up must not be 0")
@@ -62,12 +63,14 @@ class Camera:
 
     @classmethod
     def from_intrinsics(
-        cls, fx: float, fy: float, cx: float, cy: float, size: Tuple[int, int], pose: Any = None,
-        convention: str = "opencv", near: Optional[float] = None, name: str = "",
+        cls, fx: float, fy: float, cx: float, cy: float, size: tuple[int, int], pose: Any = None,
+        convention: str = "opencv", near: float | None = None, name: str = "",
     ) -> "Camera":
-        """A calibrated camera: focal lengths and principal point, pixels from the image's top left corner, for an image of this size.
+        """A calibrated camera: focal lengths and principal point, pixels from the image's top left corner, for an image
+        of this size.
 
-        The centre of the first pixel is at (0.5, 0.5). Where your calibration has it at (0, 0), as OpenCV's does, add 0.5 to cx and cy.
+        The centre of the first pixel is at (0.5, 0.5). Where your calibration has it at (0, 0), as OpenCV's does, add
+        0.5 to cx and cy.
         """
         width, height = _size(size)
         fx, fy, cx, cy = _check.vector([fx, fy, cx, cy], "fx, fy, cx, cy", 4)
@@ -81,13 +84,14 @@ class Camera:
         cls, pose: Any, half_height: float, near: float = 0.0, far: float = 1000.0, convention: str = "opengl",
     ) -> "Camera":
         """A camera with parallel rays. `half_height`: half the height of its view, m."""
-        return cls(pose, None, None, convention, "", None, None, _check.vector([half_height, near, far], "orthographic"))
+        numbers = _check.vector([half_height, near, far], "orthographic")
+        return cls(pose, None, None, convention, "", None, None, numbers)
 
     def moved(self, pose: Any, convention: str = "opengl") -> "Camera":
         """The same camera with another pose."""
         return replace(self, pose=pose, convention=convention)
 
-    def intrinsics(self, size: Optional[Tuple[int, int]] = None) -> np.ndarray:
+    def intrinsics(self, size: tuple[int, int] | None = None) -> np.ndarray:
         """The 3 x 3 matrix K of an image of this size: focal lengths and principal point, pixels."""
         width, height = _size(size or self.size)
         if self._orthographic is not None:
@@ -111,7 +115,7 @@ class Camera:
         return cls(raw["pose"], fov_y, raw["near"], "opengl", raw["name"], None, raw["slopes"], raw["orthographic"])
 
 
-def _size(size: Any) -> Tuple[int, int]:
+def _size(size: Any) -> tuple[int, int]:
     if size is None:
         raise ValueError("size: width and height in pixels are meant, e.g. (640, 480)")
     width, height = _check.array(size, (2,), "size", np.int64).tolist()

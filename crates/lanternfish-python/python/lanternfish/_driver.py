@@ -31,7 +31,7 @@ def _open(adapter: str) -> _lanternfish.Device:
         try:
             import lanternfish_lavapipe as driver  # type: ignore[import-not-found]
         except ImportError:
-            raise _lanternfish.NoAdapter(f"{error}; or `pip install lanternfish-lavapipe`, which is one for Python alone") from None
+            raise _lanternfish.NoAdapter(f"{error}; or `pip install lanternfish-lavapipe`: one for Python") from None
     # wgpu asks for `libvulkan.so.1` by this name; a loaded library of the name is taken.
     ctypes.CDLL(str(driver.loader()), mode=ctypes.RTLD_GLOBAL)
     with _environment(VK_ADD_DRIVER_FILES=str(driver.icd())):

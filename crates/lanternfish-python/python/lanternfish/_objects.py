@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,9 @@ _TEXTURES = ("base_color_texture", "metallic_roughness_texture", "normal_texture
 class Material:
     """glTF's metallic-roughness material. Colours are linear Rec. 709; an emission is in nits.
 
-    Textures are arrays of 8 bits, rows from the top, with 1, 3 or 4 channels, or what numpy makes such an array of (a PIL image). Those of
-    base colour and emission are sRGB-encoded. Roughness is in the green channel, metallic in the blue one. Each multiplies its factor.
+    Textures are arrays of 8 bits, rows from the top, with 1, 3 or 4 channels, or what numpy makes such an array of (a
+    PIL image). Those of base colour and emission are sRGB-encoded. Roughness is in the green channel, metallic in the
+    blue one. Each multiplies its factor.
     """
 
     base_color: Any = (1.0, 1.0, 1.0)
@@ -45,23 +45,23 @@ class Material:
     name: str = ""
 
     def __post_init__(self) -> None:
-        factors = {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in _TEXTURES}
-        object.__setattr__(self, "_factors", _factors(factors))
+        _factors(self)
         for name in _TEXTURES:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _texture(getattr(self, name), name))
 
 
-def _factors(given: dict[str, Any]) -> dict[str, Any]:
-    """Properties of a material as the library takes them."""
-    colors = {"base_color": 4, "emissive": 3}
-    unknown = [name for name in given if name not in Material.__dataclass_fields__ or name in _TEXTURES]
+def _factors(material: Material | dict[str, Any]) -> dict[str, Any]:
+    """Properties of a material but its textures, as the library takes them."""
+    names = [name for name in Material.__dataclass_fields__ if name not in _TEXTURES]
+    given = material if isinstance(material, dict) else {name: getattr(material, name) for name in names}
+    unknown = [name for name in given if name not in names]
     if unknown:
         raise ValueError(f"a material has no {unknown[0]!r} that can be set")
 
     def factor(name: str, value: Any) -> Any:
-        if name in colors:
-            return _check.color(value, name, colors[name])
+        if name in ("base_color", "emissive"):
+            return _check.color(value, name, 4 if name == "base_color" else 3)
         if name in ("alpha_mode", "name"):
             return str(value)
         return bool(value) if name in ("double_sided", "unlit") else _check.number(value, name)
@@ -88,9 +88,9 @@ def _texture(pixels: Any, what: str) -> np.ndarray:
 class Mesh:
     """Triangles of one material, in object space, m.
 
-    `vertices`: N x 3; `faces`: M x 3 indices, counter-clockwise seen from the front. `normals`: N x 3; without them each triangle is flat,
-    or with `smooth`, each vertex has the mean of its triangles. `uv`: N x 2, origin top left. `colors`: N x 3 or 4 that multiply the base
-    colour, linear from 0 to 1, or sRGB-encoded bytes.
+    `vertices`: N x 3; `faces`: M x 3 indices, counter-clockwise seen from the front. `normals`: N x 3; without them
+    each triangle is flat, or with `smooth`, each vertex has the mean of its triangles. `uv`: N x 2, origin top left.
+    `colors`: N x 3 or 4 that multiply the base colour, linear from 0 to 1, or sRGB-encoded bytes.
     """
 
     vertices: Any
@@ -131,102 +131,67 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Light:
-    """What all lights have. `color` multiplies the strength."""
+    """A light: of `PointLight`, `SpotLight`, `DirectionalLight`, `DiskLight` or `RectangleLight`, or of a file."""
 
-    def _raw(self) -> dict[str, Any]:
-        get = lambda name, usual: getattr(self, name, usual)  # noqa: E731
-        strength = np.array(_check.color(get("color", 1.0), "color")) * _check.number(getattr(self, self._STRENGTH), self._STRENGTH)
-        if (strength < 0).any():
-            raise ValueError(f"{self._STRENGTH} of a light: 0 or more is meant")
-        direction = _check.vector(get("direction", (0, -1, 0)), "direction")
-        if not any(direction):
-            raise ValueError("direction: any length but 0 is meant")
-        size = get("size", (get("radius", 1.0),) * 2)
-        return {
-            "name": self.name, "kind": self._KIND, "position": _check.vector(get("position", (0, 0, 0)), "position"),
-            "direction": direction, "intensity": strength.tolist(), "range": get("range", None),
-            "angles": [math.radians(get("inner_angle", 0.0)), math.radians(get("outer_angle", 45.0))],
-            "size": _check.vector(size, "size", 2), "right": _check.vector(get("right", (1, 0, 0)), "right"),
-        }
-
-
-@dataclass(frozen=True)
-class PointLight(Light):
-    """Light from a point in all directions. `intensity`: candela. `range`: distance at which it ends, m."""
-
-    position: Any
-    intensity: float = 100.0
-    color: Any = (1.0, 1.0, 1.0)
-    range: Optional[float] = None
-    name: str = ""
-    _KIND, _STRENGTH = "point", "intensity"
-
-
-@dataclass(frozen=True)
-class SpotLight(Light):
-    """Light in a cone around `direction`. `intensity`: candela on the axis. Angles from the axis, degrees."""
-
-    position: Any
-    direction: Any
-    intensity: float = 100.0
-    inner_angle: float = 0.0
-    outer_angle: float = 45.0
-    color: Any = (1.0, 1.0, 1.0)
-    range: Optional[float] = None
-    name: str = ""
-    _KIND, _STRENGTH = "spot", "intensity"
-
-
-@dataclass(frozen=True)
-class DirectionalLight(Light):
-    """Parallel light that travels along `direction`. `illuminance`: lux on a surface that faces it."""
-
-    direction: Any
-    illuminance: float = 3.0
-    color: Any = (1.0, 1.0, 1.0)
-    name: str = ""
-    _KIND, _STRENGTH = "directional", "illuminance"
-
-
-@dataclass(frozen=True)
-class DiskLight(Light):
-    """One side of a disk. `radiance`: nits."""
-
-    position: Any
-    direction: Any
-    radius: float = 0.5
-    radiance: float = 10.0
-    color: Any = (1.0, 1.0, 1.0)
-    name: str = ""
-    _KIND, _STRENGTH = "disk", "radiance"
-
-
-@dataclass(frozen=True)
-class RectangleLight(Light):
-    """One side of a rectangle: `size` is its width along `right` and its height, m. `radiance`: nits."""
-
-    position: Any
-    direction: Any
-    right: Any
+    kind: str
+    #: Strength times colour, linear: candela, lux or nits.
+    intensity: Any
+    position: Any = (0.0, 0.0, 0.0)
+    direction: Any = (0.0, -1.0, 0.0)
+    range: float | None = None
+    #: Inner and outer angle of a spot, from its axis, degrees.
+    angles: Any = (0.0, 45.0)
+    #: Width and height of a rectangle; twice the radius of a disk, m.
     size: Any = (1.0, 1.0)
-    radiance: float = 10.0
-    color: Any = (1.0, 1.0, 1.0)
+    #: Direction of a rectangle's width.
+    right: Any = (1.0, 0.0, 0.0)
     name: str = ""
-    _KIND, _STRENGTH = "rectangle", "radiance"
+
+    def __post_init__(self) -> None:
+        for name in ("intensity", "position", "direction", "angles", "size", "right"):
+            count = 2 if name in ("angles", "size") else 3
+            object.__setattr__(self, name, tuple(_check.vector(getattr(self, name), f"{name} of a light", count)))
+        if min(self.intensity) < 0:
+            raise ValueError(f"intensity of a light: {self.intensity}: 0 or more is meant")
+        if not any(self.direction):
+            raise ValueError("direction of a light: any length but 0 is meant")
 
 
-def light_of(raw: dict[str, Any]) -> Light:
-    strength = max(raw["intensity"]) or 1.0
-    common = {"color": tuple(c / strength for c in raw["intensity"]), "name": raw["name"]}
-    position, direction = tuple(raw["position"]), tuple(raw["direction"])
-    inner, outer = (math.degrees(angle) for angle in raw["angles"])
-    kind = raw["kind"]
-    if kind == "point":
-        return PointLight(position, strength, range=raw["range"], **common)
-    if kind == "spot":
-        return SpotLight(position, direction, strength, inner, outer, range=raw["range"], **common)
-    if kind == "directional":
-        return DirectionalLight(direction, strength, **common)
-    if kind == "disk":
-        return DiskLight(position, direction, raw["size"][0], strength, **common)
-    return RectangleLight(position, direction, tuple(raw["right"]), tuple(raw["size"]), strength, **common)
+def _strength(value: Any, color: Any) -> Any:
+    return np.array(_check.color(color, "color")) * _check.number(value, "strength of a light")
+
+
+def PointLight(
+    position: Any, intensity: float = 100.0, color: Any = 1.0, range: float | None = None, name: str = ""
+) -> Light:
+    """Light from a point in all directions. `intensity`: candela. `range`: distance at which it ends, m."""
+    return Light("point", _strength(intensity, color), position, range=range, name=name)
+
+
+def SpotLight(
+    position: Any, direction: Any, intensity: float = 100.0, inner_angle: float = 0.0, outer_angle: float = 45.0,
+    color: Any = 1.0, range: float | None = None, name: str = "",
+) -> Light:
+    """Light in a cone around `direction`. `intensity`: candela on the axis. Angles from the axis, degrees."""
+    angles = (inner_angle, outer_angle)
+    return Light("spot", _strength(intensity, color), position, direction, range, angles, name=name)
+
+
+def DirectionalLight(direction: Any, illuminance: float = 3.0, color: Any = 1.0, name: str = "") -> Light:
+    """Parallel light that travels along `direction`. `illuminance`: lux on a surface that faces it."""
+    return Light("directional", _strength(illuminance, color), direction=direction, name=name)
+
+
+def DiskLight(
+    position: Any, direction: Any, radius: float = 0.5, radiance: float = 10.0, color: Any = 1.0, name: str = ""
+) -> Light:
+    """One side of a disk. `radiance`: nits."""
+    return Light("disk", _strength(radiance, color), position, direction, size=(2 * radius,) * 2, name=name)
+
+
+def RectangleLight(
+    position: Any, direction: Any, right: Any, size: Any = (1.0, 1.0), radiance: float = 10.0, color: Any = 1.0,
+    name: str = "",
+) -> Light:
+    """One side of a rectangle: `size` is its width along `right` and its height, m. `radiance`: nits."""
+    return Light("rectangle", _strength(radiance, color), position, direction, None, size=size, right=right, name=name)

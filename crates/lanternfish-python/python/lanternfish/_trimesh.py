@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ._scene import Scene
 def scene_of(scene: Scene, source: Any, smooth: bool) -> Scene:
     """Adds a `trimesh.Trimesh` or `trimesh.Scene`."""
     if hasattr(source, "graph"):
-        meshes: Dict[str, List[Mesh]] = {}
+        meshes: dict[str, list[Mesh]] = {}
         for node in source.graph.nodes_geometry:
             pose, geometry = source.graph[node]
             if not hasattr(source.geometry[geometry], "faces"):
@@ -28,7 +28,7 @@ def scene_of(scene: Scene, source: Any, smooth: bool) -> Scene:
     return scene
 
 
-def mesh_of(source: Any, smooth: bool, material: Optional[Material] = None) -> Mesh:
+def mesh_of(source: Any, smooth: bool, material: Material | None = None) -> Mesh:
     """A mesh with its visuals: a texture, or colours of vertices or faces; `material` replaces them."""
     visual = getattr(source, "visual", None)
     kind = getattr(visual, "kind", None)
@@ -75,4 +75,5 @@ def _material(source: Any) -> Material:
         emissive=usual("emissiveFactor", (0.0, 0.0, 0.0)), alpha_mode=str(usual("alphaMode", "opaque")).lower(),
         alpha_cutoff=usual("alphaCutoff", 0.5), double_sided=bool(usual("doubleSided", False)),
         base_color_texture=texture("baseColorTexture"), metallic_roughness_texture=texture("metallicRoughnessTexture"),
-        normal_texture=texture("normalTexture"), emissive_texture=texture("emissiveTexture"), name=str(usual("name", "")))
+        normal_texture=texture("normalTexture"), emissive_texture=texture("emissiveTexture"),
+        name=str(usual("name", "")))

@@ -1,13 +1,14 @@
 """The names of pyrender, for code that has them: `import lanternfish.pyrender as pyrender`.
 
-Images are traced: shadows and indirect light are always there, and `ambient_light` is a sky. Colours are those of exposure 0 without a
-tone map, as of pyrender. A depth of 0 is the background. Points, wireframes, skins and the viewer are not there.
+Images are traced: shadows and indirect light are always there, and `ambient_light` is a sky. Colours are those of
+exposure 0 without a tone map, as of pyrender. A depth of 0 is the background. Points, wireframes, skins and the viewer
+are not there.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Iterator
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from . import _trimesh
 
 
 class RenderFlags:
-    """Flags of `OffscreenRenderer.render`. Those of shadows have no effect; SEG, FLAT, DEPTH_ONLY and RGBA have that of pyrender."""
+    """Flags of `OffscreenRenderer.render`. Those of shadows have no effect; SEG, FLAT, DEPTH_ONLY and RGBA have that of
+    pyrender.
+    """
 
     NONE, DEPTH_ONLY, OFFSCREEN, FLIP_WIREFRAME, ALL_WIREFRAME, ALL_SOLID = 0, 1, 2, 4, 8, 16
     SHADOWS_DIRECTIONAL, SHADOWS_POINT, SHADOWS_SPOT, SHADOWS_ALL = 32, 64, 128, 224
@@ -26,22 +29,21 @@ class RenderFlags:
 
 
 def MetallicRoughnessMaterial(
-    name: Optional[str] = None, normalTexture: Any = None, occlusionTexture: Any = None, emissiveTexture: Any = None,
-    emissiveFactor: Any = None, alphaMode: str = "OPAQUE", alphaCutoff: Optional[float] = None, doubleSided: bool = False,
-    smooth: bool = True, wireframe: bool = False, baseColorFactor: Any = None, baseColorTexture: Any = None,
-    metallicFactor: float = 1.0, roughnessFactor: float = 1.0, metallicRoughnessTexture: Any = None,
+    name: str | None = None, normalTexture: Any = None, occlusionTexture: Any = None, emissiveTexture: Any = None,
+    emissiveFactor: Any = (0.0, 0.0, 0.0), alphaMode: str = "OPAQUE", alphaCutoff: float | None = None,
+    doubleSided: bool = False, smooth: bool = True, wireframe: bool = False, baseColorFactor: Any = (1.0, 1.0, 1.0),
+    baseColorTexture: Any = None, metallicFactor: float = 1.0, roughnessFactor: float = 1.0,
+    metallicRoughnessTexture: Any = None,
 ) -> lf.Material:
     """A material; textures are arrays, images, or have a `source`."""
     def texture(given: Any) -> Any:
         return None if given is None else np.asarray(getattr(given, "source", given))
 
-    def color(given: Any, usual: Any) -> Any:
-        values = np.asarray(usual if given is None else given, dtype=float)
-        return values / 255 if given is not None and np.asarray(given).dtype.kind in "iu" and values.max() > 1 else values
-
+    color = np.asarray((1.0, 1.0, 1.0) if baseColorFactor is None else baseColorFactor)
     return lf.Material(
-        color(baseColorFactor, (1.0, 1.0, 1.0, 1.0)), metallicFactor, roughnessFactor, color(emissiveFactor, (0.0, 0.0, 0.0)),
-        alphaMode.lower(), 0.5 if alphaCutoff is None else alphaCutoff, doubleSided, base_color_texture=texture(baseColorTexture),
+        color / 255 if color.dtype.kind in "iu" and color.max() > 1 else color, metallicFactor, roughnessFactor,
+        (0.0, 0.0, 0.0) if emissiveFactor is None else emissiveFactor, alphaMode.lower(),
+        0.5 if alphaCutoff is None else alphaCutoff, doubleSided, base_color_texture=texture(baseColorTexture),
         metallic_roughness_texture=texture(metallicRoughnessTexture), normal_texture=texture(normalTexture),
         emissive_texture=texture(emissiveTexture), name=name or "")
 
@@ -49,14 +51,16 @@ def MetallicRoughnessMaterial(
 class Mesh:
     """Parts that move together."""
 
-    def __init__(self, primitives: List[lf.Mesh], name: Optional[str] = None, is_visible: bool = True, poses: Any = None) -> None:
+    def __init__(
+        self, primitives: list[lf.Mesh], name: str | None = None, is_visible: bool = True, poses: Any = None
+    ) -> None:
         self.primitives, self.name, self.is_visible = primitives, name, is_visible
         self.poses = [np.eye(4)] if poses is None else list(np.asarray(poses, dtype=float).reshape(-1, 4, 4))
 
     @staticmethod
     def from_trimesh(
-        mesh: Any, material: Optional[lf.Material] = None, is_visible: bool = True, poses: Any = None, wireframe: bool = False,
-        smooth: bool = True,
+        mesh: Any, material: lf.Material | None = None, is_visible: bool = True, poses: Any = None,
+        wireframe: bool = False, smooth: bool = True,
     ) -> "Mesh":
         if wireframe:
             raise ValueError("wireframe: surfaces are rendered alone")
@@ -65,86 +69,74 @@ class Mesh:
 
 
 class _Camera:
-    def __init__(self, name: Optional[str] = None, znear: Optional[float] = 0.05, zfar: Optional[float] = None) -> None:
-        self.name, self.znear, self.zfar = name, znear, zfar
+    """A camera without a place: `make` gives the one of a pose and a size."""
+
+    def __init__(self, make: Callable[[np.ndarray, tuple[int, int]], lf.Camera], zfar: Any, name: Any) -> None:
+        self.make, self.zfar, self.name = make, zfar, name
 
 
-class PerspectiveCamera(_Camera):
-    def __init__(self, yfov: float, znear: float = 0.05, zfar: Any = None, aspectRatio: Optional[float] = None, name: Any = None) -> None:
-        super().__init__(name, znear, zfar)
-        self.yfov, self.aspectRatio = yfov, aspectRatio
+def PerspectiveCamera(
+    yfov: float, znear: float = 0.05, zfar: Any = None, aspectRatio: float | None = None, name: Any = None
+) -> _Camera:
+    def make(pose: np.ndarray, size: tuple[int, int]) -> lf.Camera:
+        fy = 0.5 * size[1] / math.tan(0.5 * yfov)
+        fx = fy * size[0] / (size[1] * aspectRatio) if aspectRatio else fy
+        return lf.Camera.from_intrinsics(fx, fy, 0.5 * size[0], 0.5 * size[1], size, pose, "opengl", znear)
 
-    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
-        if self.aspectRatio is None:
-            return lf.Camera(pose, math.degrees(self.yfov), self.znear)
-        fy = 0.5 * size[1] / math.tan(0.5 * self.yfov)
-        fx = fy * size[0] / (size[1] * self.aspectRatio)
-        return lf.Camera.from_intrinsics(fx, fy, 0.5 * size[0], 0.5 * size[1], size, pose, "opengl", self.znear)
+    return _Camera(make, zfar, name)
 
 
-class IntrinsicsCamera(_Camera):
-    def __init__(self, fx: float, fy: float, cx: float, cy: float, znear: float = 0.05, zfar: Any = 100.0, name: Any = None) -> None:
-        super().__init__(name, znear, zfar)
-        self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
-
-    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
-        return lf.Camera.from_intrinsics(self.fx, self.fy, self.cx, self.cy, size, pose, "opengl", self.znear)
+def IntrinsicsCamera(
+    fx: float, fy: float, cx: float, cy: float, znear: float = 0.05, zfar: Any = 100.0, name: Any = None
+) -> _Camera:
+    made = lf.Camera.from_intrinsics
+    return _Camera(lambda pose, size: made(fx, fy, cx, cy, size, pose, "opengl", znear), zfar, name)
 
 
-class OrthographicCamera(_Camera):
-    def __init__(self, xmag: float, ymag: float, znear: float = 0.05, zfar: float = 100.0, name: Any = None) -> None:
-        super().__init__(name, znear, zfar)
-        self.xmag, self.ymag = xmag, ymag
-
-    def camera(self, pose: np.ndarray, size: Tuple[int, int]) -> lf.Camera:
-        return lf.Camera.orthographic(pose, self.ymag, self.znear or 0.0, self.zfar or 100.0)
+def OrthographicCamera(xmag: float, ymag: float, znear: float = 0.05, zfar: float = 100.0, name: Any = None) -> _Camera:
+    return _Camera(lambda pose, size: lf.Camera.orthographic(pose, ymag, znear, zfar), zfar, name)
 
 
 class Light:
-    def __init__(self, color: Any = None, intensity: Optional[float] = None, name: Optional[str] = None) -> None:
+    """A light without a place; it shines along its -z axis."""
+
+    kind = "point"
+
+    def __init__(
+        self, color: Any = None, intensity: float | None = None, range: float | None = None,
+        innerConeAngle: float = 0.0, outerConeAngle: float = math.pi / 4, name: str | None = None,
+    ) -> None:
         self.color = np.ones(3) if color is None else np.asarray(color, dtype=float)[:3]
-        self.intensity, self.name = 1.0 if intensity is None else intensity, name
+        self.intensity, self.range, self.name = 1.0 if intensity is None else intensity, range, name
+        self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
 
     def light(self, pose: np.ndarray) -> lf.Light:
-        return lf.DirectionalLight(-pose[:3, 2], self.intensity, self.color)
-
-
-class DirectionalLight(Light):
-    """Lux, along its -z axis."""
+        angles = np.degrees((self.innerConeAngle, self.outerConeAngle))
+        return lf.Light(self.kind, self.intensity * self.color, pose[:3, 3], -pose[:3, 2], self.range, angles)
 
 
 class PointLight(Light):
     """Candela."""
 
-    def __init__(self, color: Any = None, intensity: Any = None, range: Optional[float] = None, name: Any = None) -> None:
-        super().__init__(color, intensity, name)
-        self.range = range
 
-    def light(self, pose: np.ndarray) -> lf.Light:
-        return lf.PointLight(pose[:3, 3], self.intensity, self.color, self.range)
+class SpotLight(Light):
+    """Candela; angles in radians."""
+
+    kind = "spot"
 
 
-class SpotLight(PointLight):
-    """Candela, along its -z axis; angles in radians."""
+class DirectionalLight(Light):
+    """Lux."""
 
-    def __init__(
-        self, color: Any = None, intensity: Any = None, range: Optional[float] = None, innerConeAngle: float = 0.0,
-        outerConeAngle: float = math.pi / 4, name: Any = None,
-    ) -> None:
-        super().__init__(color, intensity, range, name)
-        self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
-
-    def light(self, pose: np.ndarray) -> lf.Light:
-        inner, outer = math.degrees(self.innerConeAngle), math.degrees(self.outerConeAngle)
-        return lf.SpotLight(pose[:3, 3], -pose[:3, 2], self.intensity, inner, outer, self.color, self.range)
+    kind = "directional"
 
 
 class Node:
     """A place with an object, relative to its parent."""
 
     def __init__(
-        self, name: Optional[str] = None, camera: Optional[_Camera] = None, children: Optional[List["Node"]] = None,
-        light: Optional[Light] = None, mesh: Optional[Mesh] = None, matrix: Any = None, translation: Any = None,
+        self, name: str | None = None, camera: _Camera | None = None, children: list["Node"] | None = None,
+        light: Light | None = None, mesh: Mesh | None = None, matrix: Any = None, translation: Any = None,
     ) -> None:
         self.name, self.camera, self.light, self.mesh, self.children = name, camera, light, mesh, list(children or ())
         self.matrix = np.eye(4) if matrix is None else np.array(matrix, dtype=float)
@@ -155,7 +147,7 @@ class Node:
 class Scene:
     """A tree of nodes."""
 
-    def __init__(self, nodes: Any = None, bg_color: Any = None, ambient_light: Any = None, name: Optional[str] = None) -> None:
+    def __init__(self, nodes: Any = None, bg_color: Any = None, ambient_light: Any = None, name: Any = None) -> None:
         self.bg_color = np.ones(4) if bg_color is None else np.asarray(bg_color, dtype=float)
         self.ambient_light = np.zeros(3) if ambient_light is None else np.asarray(ambient_light, dtype=float)[:3]
         self.name, self._roots, self.main_camera_node = name, [], None
@@ -170,7 +162,7 @@ class Scene:
             scene.add(Mesh.from_trimesh(trimesh_scene.geometry[geometry]), name=str(name), pose=pose)
         return scene
 
-    def _placed(self) -> Iterator[Tuple[Node, np.ndarray]]:
+    def _placed(self) -> Iterator[tuple[Node, np.ndarray]]:
         waiting = [(node, np.eye(4)) for node in self._roots]
         while waiting:
             node, parent = waiting.pop()
@@ -179,15 +171,15 @@ class Scene:
             waiting.extend((child, pose) for child in node.children)
 
     @property
-    def nodes(self) -> List[Node]:
+    def nodes(self) -> list[Node]:
         return [node for node, _ in self._placed()]
 
     mesh_nodes = property(lambda self: {node for node in self.nodes if node.mesh})
     camera_nodes = property(lambda self: {node for node in self.nodes if node.camera})
     light_nodes = property(lambda self: {node for node in self.nodes if node.light})
 
-    def add(self, obj: Any, name: Optional[str] = None, pose: Any = None, parent_node: Optional[Node] = None,
-            parent_name: Optional[str] = None) -> Node:
+    def add(self, obj: Any, name: str | None = None, pose: Any = None, parent_node: Node | None = None,
+            parent_name: str | None = None) -> Node:
         kind = {Mesh: "mesh", _Camera: "camera", Light: "light"}
         role = next((role for base, role in kind.items() if isinstance(obj, base)), None)
         if role is None:
@@ -198,7 +190,7 @@ class Scene:
         self.add_node(node, parent_node)
         return node
 
-    def add_node(self, node: Node, parent_node: Optional[Node] = None) -> None:
+    def add_node(self, node: Node, parent_node: Node | None = None) -> None:
         (self._roots if parent_node is None else parent_node.children).append(node)
         if self.main_camera_node is None and node.camera:
             self.main_camera_node = node
@@ -211,8 +203,10 @@ class Scene:
             self.main_camera_node = next(iter(self.camera_nodes), None)
 
     def get_nodes(self, node: Any = None, name: Any = None, obj: Any = None) -> set:
-        wanted = [(lambda n: n is node, node), (lambda n: n.name == name, name), (lambda n: obj in (n.mesh, n.camera, n.light), obj)]
-        return {n for n in self.nodes if all(test(n) for test, given in wanted if given is not None)}
+        def is_wanted(n: Node) -> bool:
+            return (node in (None, n)) and (name in (None, n.name)) and (obj in (None, n.mesh, n.camera, n.light))
+
+        return {n for n in self.nodes if is_wanted(n)}
 
     def get_pose(self, node: Node) -> np.ndarray:
         return next(pose for other, pose in self._placed() if other is node)
@@ -225,13 +219,16 @@ class Scene:
 class OffscreenRenderer:
     """Renders scenes to arrays. `settings`: those of `lanternfish.Renderer`."""
 
-    def __init__(self, viewport_width: int, viewport_height: int, point_size: float = 1.0, quality: str = "draft", **settings: Any) -> None:
+    def __init__(
+        self, viewport_width: int, viewport_height: int, point_size: float = 1.0, quality: str = "draft",
+        **settings: Any,
+    ) -> None:
         self.viewport_width, self.viewport_height = viewport_width, viewport_height
         self._settings = {"exposure": 0, "tone_map": "none", **settings, "quality": quality, "light_rig": "none"}
         self._key: Any = None
-        self._renderer: Optional[lf.Renderer] = None
+        self._renderer: lf.Renderer | None = None
 
-    def render(self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: Optional[Dict[Node, Any]] = None) -> Any:
+    def render(self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None) -> Any:
         """Colour and depth; with DEPTH_ONLY the depth alone."""
         if flags & RenderFlags._REFUSED:
             raise ValueError("wireframes and normals as lines are not rendered")
@@ -243,7 +240,7 @@ class OffscreenRenderer:
         self._prepare(scene, flags, parts, [node.light.light(pose) for node, pose in placed if node.light])
         assert self._renderer is not None
         size = (self.viewport_width, self.viewport_height)
-        camera = scene.main_camera_node.camera.camera(scene.get_pose(scene.main_camera_node), size)
+        camera = scene.main_camera_node.camera.make(scene.get_pose(scene.main_camera_node), size)
         is_seg, is_flat = flags & RenderFlags.SEG, flags & RenderFlags.FLAT
         color = "instance" if is_seg else "albedo" if is_flat else "rgba" if flags & RenderFlags.RGBA else "rgb"
         images = self._renderer.render(camera, size, ("depth",) if flags & RenderFlags.DEPTH_ONLY else ("depth", color))
@@ -261,7 +258,7 @@ class OffscreenRenderer:
             return np.where(depth[..., None] > 0, 255 * shown + 0.5, 255 * scene.bg_color[:3]).astype(np.uint8), depth
         return images[color], depth
 
-    def _prepare(self, scene: Scene, flags: int, parts: List[Tuple[Node, np.ndarray, lf.Mesh]], lights: List[lf.Light]) -> None:
+    def _prepare(self, scene: Scene, flags: int, parts: list[Any], lights: list[lf.Light]) -> None:
         background = "transparent" if flags & RenderFlags.RGBA else "#" + bytes(
             int(round(255 * min(max(c, 0), 1))) for c in scene.bg_color[:3]).hex()
         key = ([(node, part) for node, _, part in parts], len(lights), background, scene.ambient_light.tolist())
@@ -276,9 +273,9 @@ class OffscreenRenderer:
             self._renderer, self._key = lf.Renderer(made, background=background, **self._settings), key
         else:
             self._renderer.set_poses({index + 1: pose for index, (_, pose, _) in enumerate(parts)})
-            if [light._raw() for light in lights] != self._lights:
+            if lights != self._lights:
                 self._renderer.set_lights(lights)
-        self._lights = [light._raw() for light in lights]
+        self._lights = lights
 
     def delete(self) -> None:
         if self._renderer is not None:
