@@ -75,27 +75,25 @@ impl Outputs {
 
     /// Adds an image. `class_of`: the semantic class of an instance by its number from 1 on.
     pub fn add(&mut self, image: Option<&RenderedImage>, aovs: Option<&Aovs>, class_of: impl Fn(u32) -> u32) {
+        use Values::{Bytes, Floats, Numbers};
         for (kind, all) in self.kinds.iter().zip(&mut self.values) {
-            let values = match (NAMES[*kind], image, aovs) {
-                ("rgb", Some(image), _) => {
-                    Values::Bytes(image.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect())
-                }
-                ("rgba", Some(image), _) => Values::Bytes(image.display.as_flattened().to_vec()),
-                ("radiance", Some(image), _) => {
-                    Values::Floats(image.radiance.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect())
-                }
-                ("semantic", _, Some(aovs)) => Values::Numbers(aovs.instance.iter().map(|id| class_of(*id)).collect()),
-                ("depth", _, Some(aovs)) => Values::Floats(aovs.depth.clone()),
-                ("distance", _, Some(aovs)) => Values::Floats(aovs.distance.clone()),
-                ("position", _, Some(aovs)) => Values::Floats(aovs.position.as_flattened().to_vec()),
-                ("normal", _, Some(aovs)) => Values::Floats(aovs.normal.as_flattened().to_vec()),
-                ("albedo", _, Some(aovs)) => Values::Floats(aovs.albedo.as_flattened().to_vec()),
-                ("motion", _, Some(aovs)) => Values::Floats(aovs.motion.as_flattened().to_vec()),
-                ("instance", _, Some(aovs)) => Values::Numbers(aovs.instance.clone()),
-                ("material", _, Some(aovs)) => Values::Numbers(aovs.material.clone()),
-                (name, ..) => unreachable!("{name} was not drawn"),
-            };
-            all.extend(values);
+            let (name, aovs) = (NAMES[*kind], || aovs.expect("they were drawn"));
+            let image = || image.expect("it was drawn");
+            all.extend(match name {
+                "rgb" => Bytes(image().display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()),
+                "rgba" => Bytes(image().display.as_flattened().to_vec()),
+                "radiance" => Floats(image().radiance.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()),
+                "depth" => Floats(aovs().depth.clone()),
+                "distance" => Floats(aovs().distance.clone()),
+                "position" => Floats(aovs().position.as_flattened().to_vec()),
+                "normal" => Floats(aovs().normal.as_flattened().to_vec()),
+                "albedo" => Floats(aovs().albedo.as_flattened().to_vec()),
+                "motion" => Floats(aovs().motion.as_flattened().to_vec()),
+                "instance" => Numbers(aovs().instance.clone()),
+                "material" => Numbers(aovs().material.clone()),
+                "semantic" => Numbers(aovs().instance.iter().map(|id| class_of(*id)).collect()),
+                _ => unreachable!("{name} is no output"),
+            });
         }
     }
 

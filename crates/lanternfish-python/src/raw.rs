@@ -1,8 +1,8 @@
 //! Cameras, lights and materials as dictionaries of numbers: what the package's Python classes are made of.
 
-use glam::{Affine3A, Mat4, Vec3, Vec4};
+use glam::{Affine3A, Mat4, Vec3};
 use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Projection, TextureRef};
-use pyo3::{exceptions::PyValueError, prelude::*};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 /// A matrix, row by row.
 pub type Rows = [[f32; 4]; 4];
@@ -124,91 +124,44 @@ impl RawLight {
     }
 }
 
-/// A material. Textures are indices in the scene's list.
-#[derive(FromPyObject, IntoPyObject)]
-#[pyo3(from_item_all)]
-pub struct RawMaterial {
-    name: String,
-    base_color: [f32; 4],
-    metallic: f32,
-    roughness: f32,
-    emissive: [f32; 3],
-    alpha_mode: String,
-    alpha_cutoff: f32,
-    double_sided: bool,
-    ior: f32,
-    transmission: f32,
-    thickness: f32,
-    clearcoat: f32,
-    unlit: bool,
-    normal_scale: f32,
-    base_color_texture: Option<usize>,
-    metallic_roughness_texture: Option<usize>,
-    normal_texture: Option<usize>,
-    emissive_texture: Option<usize>,
-}
-
-impl RawMaterial {
-    pub fn of(material: &Material) -> Self {
-        let index = |texture: Option<TextureRef>| texture.map(|texture| texture.texture);
-        let (alpha_mode, alpha_cutoff) = match material.alpha_mode {
-            AlphaMode::Opaque => ("opaque", 0.5),
-            AlphaMode::Mask { cutoff } => ("mask", cutoff),
-            AlphaMode::Blend => ("blend", 0.5),
-        };
-        Self {
-            name: material.name.clone(),
-            base_color: material.base_color.to_array(),
-            metallic: material.metallic,
-            roughness: material.perceptual_roughness,
-            emissive: material.emissive.to_array(),
-            alpha_mode: alpha_mode.to_owned(),
-            alpha_cutoff,
-            double_sided: material.double_sided,
-            ior: material.ior,
-            transmission: material.transmission,
-            thickness: material.thickness,
-            clearcoat: material.clearcoat,
-            unlit: material.unlit,
-            normal_scale: material.normal_scale,
-            base_color_texture: index(material.base_color_texture),
-            metallic_roughness_texture: index(material.metallic_roughness_texture),
-            normal_texture: index(material.normal_texture),
-            emissive_texture: index(material.emissive_texture),
+/// Sets properties of a material by the names of `Material`'s fields in Python. Textures are indices in the scene's list, or none.
+pub fn set_properties(material: &mut Material, properties: &Bound<'_, PyDict>) -> PyResult<()> {
+    let texture = |value: Bound<'_, PyAny>| Ok::<_, PyErr>(value.extract::<Option<usize>>()?.map(TextureRef::new));
+    for (name, value) in properties {
+        let name: String = name.extract()?;
+        match name.as_str() {
+            "name" => material.name = value.extract()?,
+            "base_color" => material.base_color = value.extract::<[f32; 4]>()?.into(),
+            "metallic" => material.metallic = value.extract()?,
+            "roughness" => material.perceptual_roughness = value.extract()?,
+            "emissive" => material.emissive = value.extract::<[f32; 3]>()?.into(),
+            // The cutoff follows its mode.
+            "alpha_mode" => {
+                material.alpha_mode = match value.extract::<String>()?.as_str() {
+                    "opaque" => AlphaMode::Opaque,
+                    "mask" => AlphaMode::Mask { cutoff: 0.5 },
+                    "blend" => AlphaMode::Blend,
+                    _ => return Err(PyValueError::new_err("alpha_mode: expected opaque, mask or blend")),
+                }
+            }
+            "alpha_cutoff" => {
+                if let AlphaMode::Mask { cutoff } = &mut material.alpha_mode {
+                    *cutoff = value.extract()?;
+                }
+            }
+            "double_sided" => material.double_sided = value.extract()?,
+            "ior" => material.ior = value.extract()?,
+            "transmission" => material.transmission = value.extract()?,
+            "thickness" => material.thickness = value.extract()?,
+            "clearcoat" => material.clearcoat = value.extract()?,
+            "unlit" => material.unlit = value.extract()?,
+            "normal_scale" => material.normal_scale = value.extract()?,
+            "base_color_texture" => material.base_color_texture = texture(value)?,
+            "metallic_roughness_texture" => material.metallic_roughness_texture = texture(value)?,
+            "normal_texture" => material.normal_texture = texture(value)?,
+            "emissive_texture" => material.emissive_texture = texture(value)?,
+            _ => return Err(PyValueError::new_err(format!("a material has no {name:?}"))),
         }
     }
-
-    /// The material with these properties, and otherwise those of `before`.
-    pub fn over(&self, before: &Material) -> PyResult<Material> {
-        // A texture that stays keeps its coordinates.
-        let texture = |now: Option<usize>, before: Option<TextureRef>| {
-            now.map(|now| before.filter(|before| before.texture == now).unwrap_or(TextureRef::new(now)))
-        };
-        let alpha_mode = match self.alpha_mode.as_str() {
-            "opaque" => AlphaMode::Opaque,
-            "mask" => AlphaMode::Mask { cutoff: self.alpha_cutoff },
-            "blend" => AlphaMode::Blend,
-            mode => return Err(PyValueError::new_err(format!("alpha_mode {mode:?}: expected opaque, mask or blend"))),
-        };
-        Ok(Material {
-            name: self.name.clone(),
-            base_color: Vec4::from(self.base_color),
-            metallic: self.metallic,
-            perceptual_roughness: self.roughness,
-            emissive: Vec3::from(self.emissive),
-            alpha_mode,
-            double_sided: self.double_sided,
-            ior: self.ior,
-            transmission: self.transmission,
-            thickness: self.thickness,
-            clearcoat: self.clearcoat,
-            unlit: self.unlit,
-            normal_scale: self.normal_scale,
-            base_color_texture: texture(self.base_color_texture, before.base_color_texture),
-            metallic_roughness_texture: texture(self.metallic_roughness_texture, before.metallic_roughness_texture),
-            normal_texture: texture(self.normal_texture, before.normal_texture),
-            emissive_texture: texture(self.emissive_texture, before.emissive_texture),
-            ..before.clone()
-        })
-    }
+    Ok(())
 }

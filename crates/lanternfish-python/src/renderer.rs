@@ -19,9 +19,9 @@ use crate::{
     device::Device,
     log,
     outputs::Outputs,
-    raw::{RawCamera, RawLight, Rows, affine},
+    raw::{RawCamera, RawLight, Rows, affine, set_properties},
     render_failed,
-    scene::{SceneData, changed, default_camera},
+    scene::SceneData,
     settings::chosen_settings,
     state::{Failure, State},
     step,
@@ -218,9 +218,8 @@ impl RendererData {
 
     /// Changes properties of a material.
     fn set_material(&self, py: Python<'_>, index: usize, changes: &Bound<'_, PyDict>) -> PyResult<()> {
-        let scene = self.work(py, |state| Ok(Arc::clone(&state.scene)))?;
-        let material = changed(&scene.materials[index], changes)?;
-        drop(scene);
+        let mut material = self.work(py, |state| Ok(state.scene.materials[index].clone()))?;
+        set_properties(&mut material, changes)?;
         self.work(py, |state| {
             Arc::make_mut(&mut state.scene).materials[index] = material.clone();
             state.change(|renderer, uploaded| renderer.set_material(uploaded, index, &material))
@@ -252,17 +251,9 @@ impl RendererData {
         })
     }
 
-    fn cameras(&self, py: Python<'_>) -> PyResult<Vec<RawCamera>> {
-        self.work(py, |state| Ok(state.scene.cameras.iter().map(RawCamera::of).collect()))
-    }
-
-    fn lights(&self, py: Python<'_>) -> PyResult<Vec<RawLight>> {
-        self.work(py, |state| Ok(state.scene.lights.iter().map(RawLight::of).collect()))
-    }
-
-    /// The first camera, or one that frames the scene.
-    fn default_camera(&self, py: Python<'_>, aspect: f32) -> PyResult<RawCamera> {
-        self.work(py, |state| Ok(RawCamera::of(&default_camera(&state.scene, aspect))))
+    /// The scene as it is, with what a rig added.
+    fn scene(&self, py: Python<'_>) -> PyResult<SceneData> {
+        self.work(py, |state| Ok(SceneData { scene: Arc::clone(&state.scene) }))
     }
 
     /// Exposure of display images, EV; none until the first image was metered.

@@ -12,7 +12,7 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 use crate::{
     check_process, load_failed, log,
-    raw::{RawCamera, RawLight, RawMaterial, Rows, affine, rows},
+    raw::{RawCamera, RawLight, Rows, affine, rows, set_properties},
 };
 
 /// A scene. Renderers share it until it changes.
@@ -82,8 +82,9 @@ impl SceneData {
         Ok(scene.textures.len() - 1)
     }
 
-    fn add_material(&mut self, material: RawMaterial) -> PyResult<usize> {
-        let material = material.over(&Material::default())?;
+    fn add_material(&mut self, properties: &Bound<'_, PyDict>) -> PyResult<usize> {
+        let mut material = Material::default();
+        set_properties(&mut material, properties)?;
         let scene = self.change();
         scene.materials.push(material);
         Ok(scene.materials.len() - 1)
@@ -157,17 +158,28 @@ impl SceneData {
         self.scene.lights.iter().map(RawLight::of).collect()
     }
 
-    fn add_camera(&mut self, camera: RawCamera, near: f32) {
-        self.change().cameras.push(camera.camera(near));
+    fn add_light(&mut self, light: RawLight) -> PyResult<usize> {
+        let light = light.light()?;
+        let scene = self.change();
+        scene.lights.push(light);
+        Ok(scene.lights.len() - 1)
+    }
+
+    fn add_camera(&mut self, camera: RawCamera, near: f32) -> usize {
+        let scene = self.change();
+        scene.cameras.push(camera.camera(near));
+        scene.cameras.len() - 1
     }
 
     fn cameras(&self) -> Vec<RawCamera> {
         self.scene.cameras.iter().map(RawCamera::of).collect()
     }
 
-    /// The first camera, or one that frames the scene.
+    /// The first camera, or one that frames the scene, as the command line does.
     fn default_camera(&self, py: Python<'_>, aspect: f32) -> RawCamera {
-        RawCamera::of(&py.detach(|| default_camera(&self.scene, aspect)))
+        let scene = &self.scene;
+        let first = || scene.cameras.first().cloned();
+        RawCamera::of(&py.detach(|| first().unwrap_or_else(|| Camera::overview(scene, None, aspect).0)))
     }
 
     fn set_sky(&mut self, color: [f32; 3]) {
@@ -214,32 +226,4 @@ impl SceneData {
         let bounds = self.scene.bounds();
         (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])
     }
-
-    /// The first fault, if there is one.
-    fn fault(&self, py: Python<'_>) -> Option<String> {
-        py.detach(|| self.scene.validate()).err().map(|fault| fault.to_string())
-    }
-
-    /// Properties of a material.
-    fn material(&self, index: usize) -> RawMaterial {
-        RawMaterial::of(&self.scene.materials[index])
-    }
-
-    fn set_material(&mut self, index: usize, changes: &Bound<'_, PyDict>) -> PyResult<()> {
-        let changed = changed(&self.scene.materials[index], changes)?;
-        self.change().materials[index] = changed;
-        Ok(())
-    }
-}
-
-/// The scene's first camera, or one that frames it, as of the command line.
-pub fn default_camera(scene: &Scene, aspect: f32) -> Camera {
-    scene.cameras.first().cloned().unwrap_or_else(|| Camera::overview(scene, None, aspect).0)
-}
-
-/// A material with other properties.
-pub fn changed(material: &Material, changes: &Bound<'_, PyDict>) -> PyResult<Material> {
-    let all = RawMaterial::of(material).into_pyobject(changes.py())?;
-    all.update(changes.as_mapping())?;
-    all.extract::<RawMaterial>()?.over(material)
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -98,7 +98,7 @@ class Mesh:
     normals: Any = None
     uv: Any = None
     colors: Any = None
-    material: Material = field(default_factory=Material)
+    material: Material = Material()
     smooth: bool = False
     name: str = ""
 

@@ -71,15 +71,15 @@ class Renderer:
         called after each frame.
         """
         is_single = cameras is None or isinstance(cameras, Camera)
-        given: list[Camera] = [cameras] if isinstance(cameras, Camera) else list(cameras or ())
-        sizes = {camera.size for camera in given if getattr(camera, "size", None) is not None}
+        given = [cameras] if isinstance(cameras, Camera) else list(cameras or ())
+        wrong = [type(camera).__name__ for camera in given if not isinstance(camera, Camera)]
+        if wrong or not (given or is_single):
+            raise ValueError(f"cameras: one Camera or several are meant, not {wrong[0] if wrong else 'none'}")
+        sizes = {camera.size for camera in given if camera.size is not None}
         if size is None and len(sizes) > 1:
             raise ValueError(f"the cameras are for images of {sorted(sizes)}: render those of one size, or name a size")
         size = _size(size or next(iter(sizes), (640, 480)))
-        given = [Camera._of(self._data.default_camera(size[0] / size[1]))] if cameras is None else given
-        wrong = [type(camera).__name__ for camera in given if not isinstance(camera, Camera)]
-        if wrong or not given:
-            raise ValueError(f"cameras: one Camera or several are meant, not {wrong[0] if wrong else 'none'}")
+        given = given or [Camera._of(self._data.scene().default_camera(size[0] / size[1]))]
         names = [outputs] if isinstance(outputs, str) else list(outputs)
         arrays = self._data.render([camera._raw() for camera in given], size, names, towards, progress)
         return Images({name: array[0] if is_single else array for name, array in arrays.items()})
@@ -100,7 +100,7 @@ class Renderer:
 
     def set_light(self, which: int | str, light: Light) -> None:
         """Replaces a light, by name or index."""
-        index = _found(which, [raw["name"] for raw in self._data.lights()], 0, "light")
+        index = _found(which, [raw["name"] for raw in self._data.scene().lights()], 0, "light")
         self._data.set_light(index, asdict(light))
 
     def set_lights(self, lights: Sequence[Light]) -> None:
@@ -124,7 +124,7 @@ class Renderer:
     @property
     def cameras(self) -> list[Camera]:
         """The scene's cameras."""
-        return [Camera._of(raw) for raw in self._data.cameras()]
+        return [Camera._of(raw) for raw in self._data.scene().cameras()]
 
     @property
     def exposure(self) -> float | None:

@@ -70,12 +70,10 @@ class Scene:
             raise ValueError("pose and semantic are of meshes: a light or a camera has its own place")
         if isinstance(what, Light):
             raw = asdict(what) | ({} if name is None else {"name": name})
-            self._data.set_lights(self._data.lights() + [raw])
-            return len(self._data.lights()) - 1
+            return self._data.add_light(raw)
         if isinstance(what, Camera):
             raw = what._raw() | ({} if name is None else {"name": name})
-            self._data.add_camera(raw, 0.01)
-            return len(self._data.cameras()) - 1
+            return self._data.add_camera(raw, 0.01)
         raise ValueError(f"a Mesh, a light or a Camera is meant, not {type(what).__name__}")
 
     def _mesh(self, mesh: Mesh) -> int:

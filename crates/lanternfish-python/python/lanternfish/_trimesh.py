@@ -30,7 +30,7 @@ def scene_of(scene: Scene, source: Any, smooth: bool) -> Scene:
 
 def mesh_of(source: Any, smooth: bool, material: Material | None = None) -> Mesh:
     """A mesh with its visuals: a texture, or colours of vertices or faces; `material` replaces them."""
-    visual = getattr(source, "visual", None)
+    visual: Any = getattr(source, "visual", None)
     kind = getattr(visual, "kind", None)
     uv = getattr(visual, "uv", None) if kind == "texture" else None
     vertices, faces, colors = np.asarray(source.vertices), np.asarray(source.faces), None

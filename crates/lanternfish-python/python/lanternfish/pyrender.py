@@ -5,22 +5,16 @@ exposure 0 without a tone map, as of pyrender. A depth of 0 is the background. P
 are not there.
 """
 
-from __future__ import annotations
-
 import math
-from typing import Any, Callable, Iterator
-
 import numpy as np
 
 import lanternfish as lf
 
-from . import _trimesh
+from . import _check, _trimesh
 
 
 class RenderFlags:
-    """Flags of `OffscreenRenderer.render`. Those of shadows have no effect; SEG, FLAT, DEPTH_ONLY and RGBA have that of
-    pyrender.
-    """
+    """Flags of `OffscreenRenderer.render`. SEG, FLAT, DEPTH_ONLY and RGBA have pyrender's effect, shadows' none."""
 
     NONE, DEPTH_ONLY, OFFSCREEN, FLIP_WIREFRAME, ALL_WIREFRAME, ALL_SOLID = 0, 1, 2, 4, 8, 16
     SHADOWS_DIRECTIONAL, SHADOWS_POINT, SHADOWS_SPOT, SHADOWS_ALL = 32, 64, 128, 224
@@ -29,14 +23,12 @@ class RenderFlags:
 
 
 def MetallicRoughnessMaterial(
-    name: str | None = None, normalTexture: Any = None, occlusionTexture: Any = None, emissiveTexture: Any = None,
-    emissiveFactor: Any = (0.0, 0.0, 0.0), alphaMode: str = "OPAQUE", alphaCutoff: float | None = None,
-    doubleSided: bool = False, smooth: bool = True, wireframe: bool = False, baseColorFactor: Any = (1.0, 1.0, 1.0),
-    baseColorTexture: Any = None, metallicFactor: float = 1.0, roughnessFactor: float = 1.0,
-    metallicRoughnessTexture: Any = None,
-) -> lf.Material:
+    name=None, normalTexture=None, occlusionTexture=None, emissiveTexture=None, emissiveFactor=(0.0, 0.0, 0.0),
+    alphaMode="OPAQUE", alphaCutoff=None, doubleSided=False, smooth=True, wireframe=False, baseColorFactor=(1.0, 1.0,
+    1.0), baseColorTexture=None, metallicFactor=1.0, roughnessFactor=1.0, metallicRoughnessTexture=None,
+):
     """A material; textures are arrays, images, or have a `source`."""
-    def texture(given: Any) -> Any:
+    def texture(given):
         return None if given is None else np.asarray(getattr(given, "source", given))
 
     color = np.asarray((1.0, 1.0, 1.0) if baseColorFactor is None else baseColorFactor)
@@ -51,17 +43,12 @@ def MetallicRoughnessMaterial(
 class Mesh:
     """Parts that move together."""
 
-    def __init__(
-        self, primitives: list[lf.Mesh], name: str | None = None, is_visible: bool = True, poses: Any = None
-    ) -> None:
+    def __init__(self, primitives, name=None, is_visible=True, poses=None):
         self.primitives, self.name, self.is_visible = primitives, name, is_visible
         self.poses = [np.eye(4)] if poses is None else list(np.asarray(poses, dtype=float).reshape(-1, 4, 4))
 
     @staticmethod
-    def from_trimesh(
-        mesh: Any, material: lf.Material | None = None, is_visible: bool = True, poses: Any = None,
-        wireframe: bool = False, smooth: bool = True,
-    ) -> "Mesh":
+    def from_trimesh(mesh, material=None, is_visible=True, poses=None, wireframe=False, smooth=True):
         if wireframe:
             raise ValueError("wireframe: surfaces are rendered alone")
         parts = mesh if isinstance(mesh, (list, tuple)) else [mesh]
@@ -71,14 +58,12 @@ class Mesh:
 class _Camera:
     """A camera without a place: `make` gives the one of a pose and a size."""
 
-    def __init__(self, make: Callable[[np.ndarray, tuple[int, int]], lf.Camera], zfar: Any, name: Any) -> None:
+    def __init__(self, make, zfar, name):
         self.make, self.zfar, self.name = make, zfar, name
 
 
-def PerspectiveCamera(
-    yfov: float, znear: float = 0.05, zfar: Any = None, aspectRatio: float | None = None, name: Any = None
-) -> _Camera:
-    def make(pose: np.ndarray, size: tuple[int, int]) -> lf.Camera:
+def PerspectiveCamera(yfov, znear=0.05, zfar=None, aspectRatio=None, name=None):
+    def make(pose, size):
         fy = 0.5 * size[1] / math.tan(0.5 * yfov)
         fx = fy * size[0] / (size[1] * aspectRatio) if aspectRatio else fy
         return lf.Camera.from_intrinsics(fx, fy, 0.5 * size[0], 0.5 * size[1], size, pose, "opengl", znear)
@@ -86,14 +71,12 @@ def PerspectiveCamera(
     return _Camera(make, zfar, name)
 
 
-def IntrinsicsCamera(
-    fx: float, fy: float, cx: float, cy: float, znear: float = 0.05, zfar: Any = 100.0, name: Any = None
-) -> _Camera:
+def IntrinsicsCamera(fx, fy, cx, cy, znear=0.05, zfar=100.0, name=None):
     made = lf.Camera.from_intrinsics
     return _Camera(lambda pose, size: made(fx, fy, cx, cy, size, pose, "opengl", znear), zfar, name)
 
 
-def OrthographicCamera(xmag: float, ymag: float, znear: float = 0.05, zfar: float = 100.0, name: Any = None) -> _Camera:
+def OrthographicCamera(xmag, ymag, znear=0.05, zfar=100.0, name=None):
     return _Camera(lambda pose, size: lf.Camera.orthographic(pose, ymag, znear, zfar), zfar, name)
 
 
@@ -103,14 +86,13 @@ class Light:
     kind = "point"
 
     def __init__(
-        self, color: Any = None, intensity: float | None = None, range: float | None = None,
-        innerConeAngle: float = 0.0, outerConeAngle: float = math.pi / 4, name: str | None = None,
-    ) -> None:
+        self, color=None, intensity=None, range=None, innerConeAngle=0.0, outerConeAngle=math.pi / 4, name=None,
+    ):
         self.color = np.ones(3) if color is None else np.asarray(color, dtype=float)[:3]
         self.intensity, self.range, self.name = 1.0 if intensity is None else intensity, range, name
         self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
 
-    def light(self, pose: np.ndarray) -> lf.Light:
+    def light(self, pose):
         angles = np.degrees((self.innerConeAngle, self.outerConeAngle))
         return lf.Light(self.kind, self.intensity * self.color, pose[:3, 3], -pose[:3, 2], self.range, angles)
 
@@ -134,10 +116,7 @@ class DirectionalLight(Light):
 class Node:
     """A place with an object, relative to its parent."""
 
-    def __init__(
-        self, name: str | None = None, camera: _Camera | None = None, children: list["Node"] | None = None,
-        light: Light | None = None, mesh: Mesh | None = None, matrix: Any = None, translation: Any = None,
-    ) -> None:
+    def __init__(self, name=None, camera=None, children=None, light=None, mesh=None, matrix=None, translation=None):
         self.name, self.camera, self.light, self.mesh, self.children = name, camera, light, mesh, list(children or ())
         self.matrix = np.eye(4) if matrix is None else np.array(matrix, dtype=float)
         if translation is not None:
@@ -147,7 +126,7 @@ class Node:
 class Scene:
     """A tree of nodes."""
 
-    def __init__(self, nodes: Any = None, bg_color: Any = None, ambient_light: Any = None, name: Any = None) -> None:
+    def __init__(self, nodes=(), bg_color=None, ambient_light=None, name=None):
         self.bg_color = np.ones(4) if bg_color is None else np.asarray(bg_color, dtype=float)
         self.ambient_light = np.zeros(3) if ambient_light is None else np.asarray(ambient_light, dtype=float)[:3]
         self.name, self._roots, self.main_camera_node = name, [], None
@@ -155,33 +134,30 @@ class Scene:
             self.add_node(node)
 
     @staticmethod
-    def from_trimesh_scene(trimesh_scene: Any, bg_color: Any = None, ambient_light: Any = None) -> "Scene":
-        scene = Scene(bg_color=bg_color, ambient_light=ambient_light)
+    def from_trimesh_scene(trimesh_scene, bg_color=None, ambient_light=None):
+        scene = Scene((), bg_color, ambient_light)
         for name in trimesh_scene.graph.nodes_geometry:
             pose, geometry = trimesh_scene.graph[name]
             scene.add(Mesh.from_trimesh(trimesh_scene.geometry[geometry]), name=str(name), pose=pose)
         return scene
 
-    def _placed(self) -> Iterator[tuple[Node, np.ndarray]]:
-        waiting = [(node, np.eye(4)) for node in self._roots]
+    def _placed(self):
+        """All nodes, with world from node."""
+        placed, waiting = {}, [(node, np.eye(4)) for node in self._roots]
         while waiting:
             node, parent = waiting.pop()
-            pose = parent @ node.matrix
-            yield node, pose
-            waiting.extend((child, pose) for child in node.children)
+            placed[node] = parent @ node.matrix
+            waiting.extend((child, placed[node]) for child in node.children)
+        return placed
 
-    @property
-    def nodes(self) -> list[Node]:
-        return [node for node, _ in self._placed()]
-
+    nodes = property(lambda self: set(self._placed()))
     mesh_nodes = property(lambda self: {node for node in self.nodes if node.mesh})
     camera_nodes = property(lambda self: {node for node in self.nodes if node.camera})
     light_nodes = property(lambda self: {node for node in self.nodes if node.light})
 
-    def add(self, obj: Any, name: str | None = None, pose: Any = None, parent_node: Node | None = None,
-            parent_name: str | None = None) -> Node:
-        kind = {Mesh: "mesh", _Camera: "camera", Light: "light"}
-        role = next((role for base, role in kind.items() if isinstance(obj, base)), None)
+    def add(self, obj, name=None, pose=None, parent_node=None, parent_name=None):
+        kinds = {Mesh: "mesh", _Camera: "camera", Light: "light"}
+        role = next((role for kind, role in kinds.items() if isinstance(obj, kind)), None)
         if role is None:
             raise TypeError(f"a Mesh, a camera or a light is meant, not {type(obj).__name__}")
         if parent_name is not None:
@@ -190,28 +166,27 @@ class Scene:
         self.add_node(node, parent_node)
         return node
 
-    def add_node(self, node: Node, parent_node: Node | None = None) -> None:
+    def add_node(self, node, parent_node=None):
         (self._roots if parent_node is None else parent_node.children).append(node)
-        if self.main_camera_node is None and node.camera:
-            self.main_camera_node = node
+        self.main_camera_node = self.main_camera_node or (node if node.camera else None)
 
-    def remove_node(self, node: Node) -> None:
+    def remove_node(self, node):
         for siblings in [self._roots] + [other.children for other in self.nodes]:
             if node in siblings:
                 siblings.remove(node)
         if node is self.main_camera_node:
             self.main_camera_node = next(iter(self.camera_nodes), None)
 
-    def get_nodes(self, node: Any = None, name: Any = None, obj: Any = None) -> set:
-        def is_wanted(n: Node) -> bool:
-            return (node in (None, n)) and (name in (None, n.name)) and (obj in (None, n.mesh, n.camera, n.light))
+    def get_nodes(self, node=None, name=None, obj=None):
+        def is_wanted(n):
+            return node in (None, n) and name in (None, n.name) and obj in (None, n.mesh, n.camera, n.light)
 
         return {n for n in self.nodes if is_wanted(n)}
 
-    def get_pose(self, node: Node) -> np.ndarray:
-        return next(pose for other, pose in self._placed() if other is node)
+    def get_pose(self, node):
+        return self._placed()[node]
 
-    def set_pose(self, node: Node, pose: Any) -> None:
+    def set_pose(self, node, pose):
         """Sets the pose relative to the node's parent, as pyrender does."""
         node.matrix = np.array(pose, dtype=float)
 
@@ -219,49 +194,45 @@ class Scene:
 class OffscreenRenderer:
     """Renders scenes to arrays. `settings`: those of `lanternfish.Renderer`."""
 
-    def __init__(
-        self, viewport_width: int, viewport_height: int, point_size: float = 1.0, quality: str = "draft",
-        **settings: Any,
-    ) -> None:
+    def __init__(self, viewport_width, viewport_height, point_size=1.0, quality="draft", **settings):
         self.viewport_width, self.viewport_height = viewport_width, viewport_height
         self._settings = {"exposure": 0, "tone_map": "none", **settings, "quality": quality, "light_rig": "none"}
-        self._key: Any = None
-        self._renderer: lf.Renderer | None = None
+        self._renderer = None
 
-    def render(self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None) -> Any:
+    def render(self, scene, flags=0, seg_node_map=None):
         """Colour and depth; with DEPTH_ONLY the depth alone."""
         if flags & RenderFlags._REFUSED:
             raise ValueError("wireframes and normals as lines are not rendered")
-        if scene.main_camera_node is None:
+        eye = scene.main_camera_node
+        if eye is None:
             raise ValueError("the scene has no camera: add one")
-        placed = list(scene._placed())
-        parts = [(node, pose @ own, part) for node, pose in placed if node.mesh and node.mesh.is_visible
+        placed = scene._placed()
+        parts = [(node, pose @ own, part) for node, pose in placed.items() if node.mesh and node.mesh.is_visible
                  for own in node.mesh.poses for part in node.mesh.primitives]
-        self._prepare(scene, flags, parts, [node.light.light(pose) for node, pose in placed if node.light])
-        assert self._renderer is not None
-        size = (self.viewport_width, self.viewport_height)
-        camera = scene.main_camera_node.camera.make(scene.get_pose(scene.main_camera_node), size)
-        is_seg, is_flat = flags & RenderFlags.SEG, flags & RenderFlags.FLAT
-        color = "instance" if is_seg else "albedo" if is_flat else "rgba" if flags & RenderFlags.RGBA else "rgb"
-        images = self._renderer.render(camera, size, ("depth",) if flags & RenderFlags.DEPTH_ONLY else ("depth", color))
+        renderer = self._prepared(scene, flags, parts, [n.light.light(pose) for n, pose in placed.items() if n.light])
+        size, is_flat = (self.viewport_width, self.viewport_height), flags & RenderFlags.FLAT
+        color = "instance" if flags & RenderFlags.SEG else "albedo" if is_flat else "rgba"
+        outputs = ("depth",) if flags & RenderFlags.DEPTH_ONLY else ("depth", color)
+        images = renderer.render(eye.camera.make(placed[eye], size), size, outputs)
         depth = images["depth"]
-        if scene.main_camera_node.camera.zfar is not None:
-            depth = np.where(depth > scene.main_camera_node.camera.zfar, 0, depth)
+        if eye.camera.zfar is not None:
+            depth = np.where(depth > eye.camera.zfar, 0, depth)
         if flags & RenderFlags.DEPTH_ONLY:
             return depth
-        if is_seg:
+        if flags & RenderFlags.SEG:
             colors = [np.zeros(3)] + [(seg_node_map or {}).get(node, np.zeros(3)) for node, _, _ in parts]
             return np.asarray(colors).astype(np.uint8)[images["instance"]], depth
         if is_flat:
-            linear = np.clip(images["albedo"], 0, 1)
+            linear = np.where(depth[..., None] > 0, images["albedo"], _check.linear(scene.bg_color[:3]))
             shown = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-            return np.where(depth[..., None] > 0, 255 * shown + 0.5, 255 * scene.bg_color[:3]).astype(np.uint8), depth
-        return images[color], depth
+            return (255 * shown.clip(0, 1) + 0.5).astype(np.uint8), depth
+        return images[color][..., : 4 if flags & RenderFlags.RGBA else 3], depth
 
-    def _prepare(self, scene: Scene, flags: int, parts: list[Any], lights: list[lf.Light]) -> None:
-        background = "transparent" if flags & RenderFlags.RGBA else "#" + bytes(
-            int(round(255 * min(max(c, 0), 1))) for c in scene.bg_color[:3]).hex()
-        key = ([(node, part) for node, _, part in parts], len(lights), background, scene.ambient_light.tolist())
+    def _prepared(self, scene, flags, parts, lights):
+        """A renderer of this scene: the last one, if only poses and lights differ."""
+        behind = "#" + (255 * scene.bg_color[:3].clip(0, 1) + 0.5).astype(np.uint8).tobytes().hex()
+        background = "transparent" if flags & RenderFlags.RGBA else behind
+        key = [(node, part) for node, _, part in parts], background, scene.ambient_light.tolist()
         if self._renderer is None or key != self._key:
             self.delete()
             made = lf.Scene()
@@ -276,8 +247,9 @@ class OffscreenRenderer:
             if lights != self._lights:
                 self._renderer.set_lights(lights)
         self._lights = lights
+        return self._renderer
 
-    def delete(self) -> None:
+    def delete(self):
         if self._renderer is not None:
             self._renderer.close()
         self._renderer = None
