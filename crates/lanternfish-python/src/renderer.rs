@@ -2,7 +2,6 @@
 
 use std::{
     cell::Cell,
-    mem, process,
     sync::{Arc, Mutex, PoisonError},
 };
 
@@ -16,7 +15,7 @@ use pyo3::{
 
 use crate::{
     Error, check_process,
-    device::Device,
+    device::{Device, OfProcess},
     log,
     outputs::Outputs,
     raw::{RawCamera, RawLight, Rows, affine, set_properties},
@@ -29,23 +28,11 @@ use crate::{
 
 /// A scene with a camera at one time.
 #[pyclass(frozen)]
-pub struct Moment(lanternfish::Moment);
+pub struct Moment(OfProcess<lanternfish::Moment>);
 
 /// The renderer, which threads use one after another; none once it is closed.
 #[pyclass(frozen)]
-pub struct RendererData {
-    state: Mutex<Option<State>>,
-    process: u32,
-}
-
-impl Drop for RendererData {
-    fn drop(&mut self) {
-        // In a forked process the driver has lost its threads, and may wait for them.
-        if self.process != process::id() {
-            mem::forget(self.state.get_mut().unwrap_or_else(PoisonError::into_inner).take());
-        }
-    }
-}
+pub struct RendererData(OfProcess<Mutex<Option<State>>>);
 
 thread_local! {
     static IS_BUSY: Cell<bool> = const { Cell::new(false) };
@@ -55,8 +42,12 @@ thread_local! {
 struct Busy;
 
 impl Busy {
-    fn new() -> Option<Self> {
-        (!IS_BUSY.replace(true)).then_some(Self)
+    fn new() -> PyResult<Self> {
+        check_process()?;
+        match IS_BUSY.replace(true) {
+            false => Ok(Self),
+            true => Err(Error::new_err("a renderer is used within its own progress: let the call return first")),
+        }
     }
 }
 
@@ -69,12 +60,9 @@ impl Drop for Busy {
 impl RendererData {
     /// Runs `work` without the interpreter's lock.
     fn work<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut State) -> Result<R, Failure> + Send) -> PyResult<R> {
-        check_process()?;
-        let Some(_busy) = Busy::new() else {
-            return Err(Error::new_err("a renderer is used within its own progress: let the call return first"));
-        };
+        let _busy = Busy::new()?;
         let done = py.detach(|| {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let closed = || Failure::Python(Error::new_err("the renderer is closed: make another one"));
             work(state.as_mut().ok_or_else(closed)?)
         });
@@ -107,7 +95,7 @@ impl RendererData {
         let scene = Arc::clone(&scene.scene);
         let made = py.detach(|| {
             scene.validate().map_err(RenderError::from)?;
-            Ok::<_, RenderError>((Renderer::with_engine(&device.engine, settings)?, near_plane(&scene.bounds())))
+            Ok::<_, RenderError>((Renderer::with_engine(device.engine(), settings)?, near_plane(&scene.bounds())))
         });
         log::tell(py)?;
         let (renderer, near) = made.map_err(render_failed)?;
@@ -124,7 +112,7 @@ impl RendererData {
             moved,
             sent_bytes: 0,
         };
-        Ok(Self { state: Mutex::new(Some(state)), process: process::id() })
+        Ok(Self(OfProcess::new(Mutex::new(Some(state)))))
     }
 
     /// Renders each camera's image.
@@ -157,7 +145,7 @@ impl RendererData {
                 let State { renderer, uploaded, scene, .. } = &mut *state;
                 let uploaded = uploaded.as_ref().expect("it was prepared");
                 let aovs = match outputs.have_surfaces() {
-                    true => Some(renderer.aovs(uploaded, &camera, size, towards.map(|moment| &moment.0))?),
+                    true => Some(renderer.aovs(uploaded, &camera, size, towards.map(|moment| &*moment.0))?),
                     false => None,
                 };
                 let class = |id: u32| id.checked_sub(1).and_then(|index| scene.semantics.get(index as usize).copied());
@@ -180,7 +168,8 @@ impl RendererData {
         self.work(py, |state| {
             let camera = camera.camera(state.near);
             state.prepare(&camera)?;
-            Ok(Moment(state.renderer.moment(state.uploaded.as_ref().expect("it was prepared"), &camera)))
+            let uploaded = state.uploaded.as_ref().expect("it was prepared");
+            Ok(Moment(OfProcess::new(state.renderer.moment(uploaded, &camera))))
         })
     }
 
@@ -281,10 +270,9 @@ impl RendererData {
     }
 
     /// Frees what it holds.
-    fn close(&self, py: Python<'_>) {
-        let state = || self.state.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if self.process == process::id() {
-            py.detach(|| drop(state()));
-        }
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        let _busy = Busy::new()?;
+        py.detach(|| drop(self.0.lock().unwrap_or_else(PoisonError::into_inner).take()));
+        Ok(())
     }
 }

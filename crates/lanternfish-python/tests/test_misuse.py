@@ -3,12 +3,14 @@
 import os
 import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
 from conftest import at, quad
 
 import lanternfish as lf
+from lanternfish import _driver
 
 P, F = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
 CAMERA = lf.Camera.look_at((0, 0, 5), (0, 0, 0))
@@ -128,6 +130,24 @@ def test_without_an_adapter_the_remedy_is_named_and_the_environment_kept():
     run = subprocess.run([sys.executable, "-c", DRIVER], capture_output=True, text=True, timeout=60)
     caches = [] if os.access("/", os.W_OK) else ["MESA_SHADER_CACHE_DIR"]
     assert run.stdout == f"{caches}\nTrue True\n" and run.stderr == "", run
+
+
+def test_the_driver_of_the_package_is_used_where_there_is_no_other(monkeypatch):
+    opened, loaded = [], []
+
+    def device(adapter):
+        opened.append((adapter, os.environ.get("VK_ADD_DRIVER_FILES")))
+        if opened[-1][1] is None:
+            raise lf.NoAdapter("none")
+        return "device"
+
+    package = types.SimpleNamespace(icd=lambda: "/icd.json", loader=lambda: "/libvulkan.so.1")
+    monkeypatch.setitem(sys.modules, "lanternfish_lavapipe", package)
+    monkeypatch.setattr(_driver, "_lanternfish", types.SimpleNamespace(Device=device, NoAdapter=lf.NoAdapter))
+    monkeypatch.setattr(_driver.ctypes, "CDLL", lambda path, mode: loaded.append(path))
+    before = dict(os.environ)
+    assert _driver._open("cpu") == "device" and os.environ == before
+    assert opened == [("cpu", None), ("cpu", "/icd.json")] and loaded == ["/libvulkan.so.1"]
 
 
 def test_the_package_is_imported_soon_and_prints_nothing():
