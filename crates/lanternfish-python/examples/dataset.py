@@ -11,20 +11,20 @@ import lanternfish as lf
 CLASSES = {1: "ball", 2: "box"}
 
 
-def ball(radius: float = 0.3, rings: int = 24) -> lf.Mesh:
+def ball(radius: float = 0.3, rings: int = 24, material: lf.Material = lf.Material()) -> lf.Mesh:
     v, u = np.mgrid[0 : rings + 1, 0 : 2 * rings + 1]
     theta, phi = np.pi * v / rings, np.pi * u / rings
     points = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1).reshape(-1, 3)
     corner = (v[:-1, :-1] * (2 * rings + 1) + u[:-1, :-1]).reshape(-1)
     right, below = corner + 1, corner + 2 * rings + 1
     faces = np.concatenate([np.stack([corner, below, right], 1), np.stack([right, below, below + 1], 1)])
-    return lf.Mesh(radius * points, faces, points)
+    return lf.Mesh(radius * points, faces, points, material=material)
 
 
-def box(size: float = 0.5) -> lf.Mesh:
+def box(size: float = 0.5, material: lf.Material = lf.Material()) -> lf.Mesh:
     corners = size * (np.mgrid[0:2, 0:2, 0:2].reshape(3, 8).T - 0.5)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return lf.Mesh(corners, [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))])
+    return lf.Mesh(corners, [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))], material=material)
 
 
 def runs(mask: np.ndarray) -> dict:
