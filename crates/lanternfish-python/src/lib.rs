@@ -1,7 +1,7 @@
 //! The Python module `lanternfish._lanternfish`: what the package's Python code needs of the library.
 //!
 //! The interface that users see, its checks of shapes and types and its documentation are Python: `python/lanternfish/`. Classes of this
-//! module take and return numpy arrays and dictionaries ([`raw`]). Work runs without the interpreter's lock.
+//! module take and return numpy arrays and dictionaries (`raw.rs`). Work runs without the interpreter's lock.
 
 mod device;
 mod log;

@@ -112,7 +112,8 @@ def test_missing_and_broken_files_are_told(tmp_path):
 
 
 DRIVER = """
-import os
+import os, sys
+sys.modules["lanternfish_lavapipe"] = None
 os.environ["VK_DRIVER_FILES"] = "/none.json"
 os.environ["HOME"] = "/none"
 import lanternfish as lf
