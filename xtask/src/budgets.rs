@@ -10,7 +10,7 @@ use crate::{
 /// The heading above the table.
 const HEADING: &str = "## Budgets";
 
-/// A folder, its lines of Rust and WESL, or words of Markdown, and the most that it may have.
+/// A folder, its lines of Rust, WESL and Python, or words of Markdown, and the most that it may have.
 #[derive(Debug, PartialEq)]
 struct Row {
     folder: String,
@@ -18,7 +18,7 @@ struct Row {
     budget: usize,
 }
 
-/// Fails if a folder has more lines of Rust and WESL, or the repository more words of Markdown, than its budget.
+/// Fails if a folder has more lines of Rust, WESL and Python, or the repository more words of Markdown, than its budget.
 pub fn check() -> Result<(), String> {
     let page = files::read(&workspace().join("CONVENTIONS.md"))?;
     // A copy of the files without their repository has no list of what belongs to it.
@@ -43,12 +43,12 @@ pub fn check() -> Result<(), String> {
     }
 }
 
-/// The lines of Rust and WESL of each file, and the words of each page, by path.
+/// The lines of Rust, WESL and Python of each file, and the words of each page, by path.
 fn counts<'a>(root: &Path, files: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> {
     let count = |file: &str| {
         let text = || fs::read_to_string(root.join(file)).unwrap_or_default();
         match Path::new(file).extension()?.to_str()? {
-            "rs" | "wesl" => Some(text().lines().count()),
+            "rs" | "wesl" | "py" | "pyi" => Some(text().lines().count()),
             "md" => Some(text().split_whitespace().count()),
             _ => None,
         }
@@ -56,8 +56,8 @@ fn counts<'a>(root: &Path, files: impl Iterator<Item = &'a str>) -> BTreeMap<Str
     files.filter_map(|file| Some((file.to_owned(), count(file)?))).collect()
 }
 
-/// The rows of the table: `| folder | budget |`. The row `*.md` counts words of all pages; others count lines of a folder's Rust
-/// and WESL.
+/// The rows of the table: `| folder | budget |`. The row `*.md` counts words of all pages; others count lines of a folder's Rust,
+/// WESL and Python.
 fn rows(page: &str, counts: &BTreeMap<String, usize>) -> Result<Vec<Row>, String> {
     let (_, table) = page.split_once(HEADING).ok_or("CONVENTIONS.md has no budgets")?;
     let cells =
@@ -134,13 +134,17 @@ mod tests {
     fn lines_and_words_of_files_are_counted() {
         let folder = std::env::temp_dir().join(format!("lanternfish-budgets-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        for (name, text) in
-            [("a.rs", "1\n2\n"), ("b.wesl", "1\n2\n3\n"), ("c.md", "four words are here\n"), ("d.txt", "1\n")]
-        {
+        for (name, text) in [
+            ("a.rs", "1\n2\n"),
+            ("b.wesl", "1\n2\n3\n"),
+            ("b.py", "1\n"),
+            ("c.md", "four words are here\n"),
+            ("d.txt", "1\n"),
+        ] {
             fs::write(folder.join(name), text).unwrap();
         }
-        let actual = counts(&folder, ["a.rs", "b.wesl", "c.md", "d.txt", ""].into_iter());
+        let actual = counts(&folder, ["a.rs", "b.wesl", "b.py", "c.md", "d.txt", ""].into_iter());
         fs::remove_dir_all(&folder).unwrap();
-        assert_eq!(actual, counted(&[("a.rs", 2), ("b.wesl", 3), ("c.md", 4)]));
+        assert_eq!(actual, counted(&[("a.rs", 2), ("b.py", 1), ("b.wesl", 3), ("c.md", 4)]));
     }
 }

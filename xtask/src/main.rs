@@ -19,6 +19,7 @@ mod interface;
 #[cfg(test)]
 mod links;
 mod program;
+mod python;
 mod quality;
 mod same;
 mod shader_stats;
@@ -38,6 +39,7 @@ cargo xtask test [FILTER] [--quick | --full]
                            sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
+cargo xtask python [WORDS] builds the Python package's extension module, and runs its tests with pytest, which gets the words
 cargo xtask hardware [papers]
                            builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
                            `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more;
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         "interface" => interface::run(&words),
         "dist" => dist::run_dist(),
         "hardware" => hardware::run(&words),
+        "python" => python::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

@@ -129,7 +129,7 @@ fn run_tests(selection: &Selection, prepare: impl Fn(Command) -> Command) -> (Re
 
 /// Lets all tests share the shaders that Mesa's software adapter compiled, which takes most of a rendering test's time: 88 of 97 s of CPU time in one
 /// that was measured. Left alone, Mesa divides its cache into 50 parts of 20 MB and uses one of them: two versions of all shaders fill it.
-fn keep_shaders(command: &mut Command) {
+pub fn keep_shaders(command: &mut Command) {
     let ours = ["MESA_DISK_CACHE_MULTI_FILE", "MESA_SHADER_CACHE_DIR"];
     let target = env::current_exe().ok().and_then(|here| Some(here.parent()?.parent()?.to_owned()));
     if let Some(target) = target.filter(|_| ours.iter().all(|name| env::var_os(name).is_none())) {

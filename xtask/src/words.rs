@@ -60,7 +60,7 @@ fn avoided(text: &str) -> impl Iterator<Item = &'static str> {
 #[test]
 fn words_are_those_of_the_glossary() {
     let mut found = Vec::new();
-    for (name, text) in texts("", &["rs", "wesl", "md", "toml", "sh"]) {
+    for (name, text) in texts("", &["rs", "wesl", "md", "toml", "sh", "py"]) {
         if LEFT_OUT.iter().any(|left_out| name.starts_with(left_out)) {
             continue;
         }

@@ -15,7 +15,7 @@ use clap::{ArgAction, ArgMatches, Args, Command, FromArgMatches, builder::TypedV
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     direct_light::auto::AutoLights,
-    settings::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings},
+    settings::{Direct, Preset, Settings},
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_papers::{DeepImageSettings, Paper};
@@ -374,30 +374,13 @@ impl RenderArgs {
     /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`. A technique that is given has the
     /// effort of the preset.
     pub fn settings_of(&self, frames: u32) -> Settings {
-        let mut settings = Settings::of_preset(self.quality);
-        let quality = self.quality.quality();
-        let is_choice = |name: &str| [Direct::FLAG, Culling::FLAG, Indirect::FLAG, Occlusion::FLAG].contains(&name);
-        let (choices, values): (Vec<_>, Vec<_>) = self.values().partition(|(name, _)| is_choice(name));
-        let set = |settings: &mut Settings, (name, text): (&str, &str)| {
-            settings.set(name, text).expect("the flag's parser has let it through");
-        };
-        for choice in choices {
-            set(&mut settings, choice);
-            if choice.0 == Indirect::FLAG {
-                settings.indirect = settings.indirect.of_quality(quality);
-            }
-        }
-        // Averaged frames jitter the sample position, so edges are smooth without multisampling; with multisampling too, edges smear
-        // over neighbouring pixels.
-        settings.image.samples = match settings.indirect.is_none() {
-            _ if frames >= SMOOTH_FRAMES => Samples::One,
-            true => Settings::direct_light().image.samples,
-            false => quality.samples(),
-        };
+        const PARSED: &str = "the flag's parser has let it through";
+        let (choices, values): (Vec<_>, Vec<_>) = self.values().partition(|(name, _)| Settings::is_choice(name));
+        let mut settings = Settings::of_choices(self.quality, choices, frames).expect(PARSED);
         if settings.indirect.is_some() {
-            settings.structure = DeepImageSettings::of_quality(quality).chosen();
+            settings.structure = DeepImageSettings::of_quality(self.quality.quality()).chosen();
         }
-        values.into_iter().for_each(|value| set(&mut settings, value));
+        values.into_iter().for_each(|(name, text)| settings.set(name, text).expect(PARSED));
         settings.with_accumulate(frames)
     }
 
@@ -410,7 +393,3 @@ impl RenderArgs {
         settings.direct
     }
 }
-
-/// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
-/// give more accurate edges.
-const SMOOTH_FRAMES: u32 = 32;

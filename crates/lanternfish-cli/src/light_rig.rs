@@ -7,7 +7,7 @@ use lanternfish::{
 };
 use lanternfish_scene::{
     Bounds, Camera, LightKind, Scene,
-    rig::{self, LightRig, albedo, ground},
+    rig::{self, LightRig, ground},
 };
 
 use crate::{
@@ -67,18 +67,13 @@ impl AddedLights {
     /// Adds a rig to the scene, for `camera`.
     fn add(rig: LightRig, scene: &mut Scene, camera: &Camera, scale: f32) -> Self {
         let (first, had_environment) = (scene.lights.len(), scene.environment.is_some());
-        let was_dark = rig::is_dark(scene);
-        rig.add(scene, camera, scale);
+        let exposure = rig.add(scene, camera, scale);
         let has_studio = !had_environment && scene.environment.is_some();
-        // In a closed interior the studio has a lamp, too.
-        let is_alone = was_dark && scene.lights.is_empty();
         let mut added = scene.lights.iter().enumerate().skip(first);
         let sun = added.find(|(_, light)| light.kind == LightKind::Directional);
         Self {
             has_studio,
-            exposure: (has_studio && is_alone)
-                .then(|| scale.recip().log2() + albedo::exposure(scene))
-                .filter(|ev| ev.is_finite()),
+            exposure,
             sun: sun.map(|(index, light)| (index, light.direction)),
             ground: None,
             object: None,
@@ -165,17 +160,10 @@ fn rig_of(
         say(&format!("the scene has little or no light; try --light-rig studio, --sun {sun},3 or --lights rain:100"));
         return Ok(requested);
     }
-    Ok(match lighting.reaches_surfaces {
-        true => {
-            say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
-            AddedLights::add(LightRig::Studio, scene, camera, flags.environment_scale)
-        }
-        // The studio lights the scene through its environment.
-        false => {
-            say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
-            AddedLights::add(LightRig::Sun, scene, camera, 1.0)
-        }
-    })
+    let rig = LightRig::for_dark(lighting.reaches_surfaces);
+    let name = if rig == LightRig::Studio { "the built-in studio" } else { "a built-in sun" };
+    say(&format!("the scene has no light of its own: lit by {name} (--light-rig studio|sun|none)"));
+    Ok(AddedLights::add(rig, scene, camera, flags.environment_scale))
 }
 
 /// Luminance below which surfaces are hardly visible, as a fraction of white at the image's exposure.

@@ -26,9 +26,17 @@ named_enum! {
 }
 
 impl LightRig {
+    /// The rig for a scene without light ([`is_dark`]). The studio lights it through its environment, if that reaches surfaces.
+    pub fn for_dark(environment_reaches_surfaces: bool) -> Self {
+        if environment_reaches_surfaces { Self::Studio } else { Self::Sun }
+    }
+
     /// Adds the rig's lights to the scene, for `camera`. An existing environment is kept; `scale` multiplies the studio's.
-    pub fn add(self, scene: &mut Scene, camera: &Camera, scale: f32) {
-        let has_environment = scene.environment.is_some() || scene.sky != Vec3::ZERO;
+    /// Returns the exposure at which a white sheet in the studio is white, or that of dark materials, EV, if nothing else lights the
+    /// scene.
+    pub fn add(self, scene: &mut Scene, camera: &Camera, scale: f32) -> Option<f32> {
+        let (was_dark, had_image) = (is_dark(scene), scene.environment.is_some());
+        let has_environment = had_image || scene.sky != Vec3::ZERO;
         match self {
             Self::Studio => {
                 scene.lights.extend(lamp(scene, camera));
@@ -46,6 +54,10 @@ impl LightRig {
             }
             Self::None => {}
         }
+        let has_studio = !had_image && scene.environment.is_some();
+        // In a closed interior the studio has a lamp, too.
+        let is_alone = has_studio && was_dark && scene.lights.is_empty();
+        is_alone.then(|| scale.recip().log2() + albedo::exposure(scene)).filter(|ev| ev.is_finite())
     }
 }
 

@@ -17,6 +17,9 @@ pub enum RenderError {
     /// Not enough memory for an image's pixels, or above the memory limit.
     #[error(transparent)]
     ImageTooLarge(lanternfish_limits::memory::TooMuch),
+    /// The caller ended the work: [`Renderer::render_frames`](crate::Renderer::render_frames).
+    #[error("interrupted")]
+    Interrupted,
     /// The image has no pixels or exceeds the device's texture limit.
     #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
     Size {

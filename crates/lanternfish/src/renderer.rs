@@ -11,7 +11,10 @@ mod scenes;
 #[cfg(test)]
 mod tests;
 
-use std::sync::{Mutex, PoisonError};
+use std::{
+    ops::ControlFlow,
+    sync::{Mutex, PoisonError},
+};
 
 use glam::{UVec2, Vec3};
 use half::{
@@ -194,7 +197,7 @@ impl Renderer {
         scene: &GpuScene,
         views: &[(&Camera, [u32; 2])],
     ) -> Result<Vec<RenderedImage>, RenderError> {
-        self.render_frames(scene, views, |_| ())
+        self.render_frames(scene, views, |_| ControlFlow::Continue(()))
     }
 
     pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, [u32; 2])]) -> Result<Vec<View>, RenderError> {

@@ -1,8 +1,11 @@
 //! Renders frame after frame: moves the scene to its time, renders, writes.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU32, Ordering::Relaxed},
+use std::{
+    ops::ControlFlow,
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering::Relaxed},
+    },
 };
 
 use lanternfish::{
@@ -320,7 +323,11 @@ impl<'a> RenderedImages<'a> {
             self.renderer.watch_passes(Some(Box::new(move |pass| shown.pass(pass))));
         }
         let renderings = progress.step("render", "Rendering", || {
-            Ok::<_, CliError>(self.renderer.render_frames(&self.uploaded, &views, |done| shown.done(done))?)
+            let tell = |done| {
+                shown.done(done);
+                ControlFlow::Continue(())
+            };
+            Ok::<_, CliError>(self.renderer.render_frames(&self.uploaded, &views, tell)?)
         })?;
         self.renderer.watch_passes(None);
         let before = self.drawn_count;

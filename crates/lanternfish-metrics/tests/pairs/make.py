@@ -1,10 +1,10 @@
-"""Makes the pictures of this folder and what other programs say about them.
+"""Makes the images of this folder and what other programs say about them.
 
     python3 -m venv venv
     venv/bin/pip install flip-evaluator==1.7 scikit-image==0.25.0 numpy pillow
     venv/bin/python make.py
 
-The pictures are drawn here, from seeds. `expected.csv` is what the authors' evaluator of FLIP (flip-evaluator 1.7 of
+The images are drawn here, from seeds. `expected.csv` is what the authors' evaluator of FLIP (flip-evaluator 1.7 of
 PyPI) and scikit-image 0.25.0 measure on the files as they are stored: halves, and bytes.
 """
 
@@ -81,7 +81,7 @@ def blurred(image):
     return sum(padded[j : j + HEIGHT, i : i + WIDTH] for j in range(3) for i in range(3)) / 9
 
 
-def pictures():
+def drawn_images():
     noise = np.random.default_rng(20210503)
     grain = lambda scale: 1 + scale * noise.standard_normal((HEIGHT, WIDTH, 3))
     bright, dim = scene(False), scene(True)
@@ -100,7 +100,7 @@ def pictures():
 
 
 def main():
-    images = pictures()
+    images = drawn_images()
     rows = []
     for name, image in images.items():
         write_exr(name, image)

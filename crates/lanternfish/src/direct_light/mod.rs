@@ -51,7 +51,7 @@ pub trait DirectTechnique: AnyTechnique {
 }
 
 /// The passes of a technique.
-pub trait DirectPasses: fmt::Debug {
+pub trait DirectPasses: Send + fmt::Debug {
     /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
     fn forget(&mut self) {}
 

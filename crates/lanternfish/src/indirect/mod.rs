@@ -173,7 +173,7 @@ impl Indirect {
 }
 
 /// The passes of a technique.
-pub trait IndirectPasses: fmt::Debug {
+pub trait IndirectPasses: Send + fmt::Debug {
     /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
     fn forget(&mut self) {}
 

@@ -94,7 +94,7 @@ pub trait CullingTechnique: AnyTechnique {
 }
 
 /// The passes of a technique.
-pub trait LightCullingPasses: Any + fmt::Debug {
+pub trait LightCullingPasses: Send + Any + fmt::Debug {
     /// Fills the lists of views of one scene, in their order, with the lights of a set.
     fn record(
         &mut self,

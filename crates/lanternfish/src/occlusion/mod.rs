@@ -87,7 +87,7 @@ pub trait OcclusionTechnique: AnyTechnique {
 }
 
 /// The passes of a technique.
-pub trait OcclusionPasses: fmt::Debug {
+pub trait OcclusionPasses: Send + fmt::Debug {
     /// Records the passes that compute the ambient visibility of a view's surface: one sample per pixel, with normals.
     fn record(
         &mut self,

@@ -1,6 +1,6 @@
 mod sharpness;
 
-use std::f32::consts::FRAC_PI_6;
+use std::{f32::consts::FRAC_PI_6, ops::ControlFlow};
 
 use glam::{Mat3, Vec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
@@ -10,7 +10,7 @@ use lanternfish_scene::{
 
 use super::*;
 use crate::{
-    RenderedImage, Renderer, Settings,
+    RenderError, RenderedImage, Renderer, Settings,
     context::FrameContext,
     settings::{DebugView, Samples},
     testing::{quad, scene_of},
@@ -83,7 +83,11 @@ fn gpu_the_mean_is_that_of_its_frames(gpu: &Gpu) {
 
     let mut averaging = renderer(gpu, COUNT);
     let mut told = Vec::new();
-    let mean = averaging.render_frames(&uploaded, &views, |count| told.push(count)).unwrap().remove(0);
+    let mut tell = |count| {
+        told.push(count);
+        ControlFlow::Continue(())
+    };
+    let mean = averaging.render_frames(&uploaded, &views, &mut tell).unwrap().remove(0);
     assert_eq!((told, frames(&mean)), ((1..=COUNT).collect(), Some(u64::from(COUNT))));
     let of_its_own = off_by(&mean, &singles[..COUNT as usize]);
     assert!(of_its_own < 1.0, "{of_its_own}");
@@ -91,6 +95,9 @@ fn gpu_the_mean_is_that_of_its_frames(gpu: &Gpu) {
     for others in [&singles[..8], &singles[..], &singles[1..]] {
         assert!(off_by(&mean, others) > 1e3);
     }
+
+    let ended = averaging.render_frames(&uploaded, &views, |_| ControlFlow::Break(()));
+    assert!(matches!(ended, Err(RenderError::Interrupted)), "{ended:?}");
 
     // Single frames give the same mean, are reproducible, and continue it.
     let mut refining = renderer(gpu, 1);

@@ -45,7 +45,7 @@ pub trait StructureTechnique: AnyTechnique {
 }
 
 /// A structure built for the scene of each frame, and kept while nothing moves.
-pub trait KeptStructure: fmt::Debug {
+pub trait KeptStructure: Send + fmt::Debug {
     /// The structure of the current scene. `rotation`: of its direction set in this frame, unit, world space from the structure's own.
     fn get(
         &mut self,

@@ -1,5 +1,7 @@
 //! Images that are the mean of several frames ([`crate::progressive`]).
 
+use std::ops::ControlFlow;
+
 use lanternfish_gpu::{GpuError, checked};
 use lanternfish_scene::Camera;
 
@@ -28,12 +30,13 @@ pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {
 }
 
 impl Renderer {
-    /// As [`Self::render_views`], and calls back with the number of frames after every frame.
+    /// As [`Self::render_views`], and calls back with the number of frames after every frame of a mean. The callback may end the
+    /// work: [`RenderError::Interrupted`].
     pub fn render_frames(
         &mut self,
         scene: &GpuScene,
         views: &[(&Camera, [u32; 2])],
-        mut tell: impl FnMut(u32),
+        mut tell: impl FnMut(u32) -> ControlFlow<()>,
     ) -> Result<Vec<RenderedImage>, RenderError> {
         let views = self.views(scene, views)?;
         self.image_frames(|this| {
@@ -46,7 +49,9 @@ impl Renderer {
             for count in 1..=this.effective.image.accumulate {
                 results = this.next_frame(scene, &views)?;
                 cost.add(this.finished()?);
-                tell(count);
+                if tell(count).is_break() {
+                    return Err(RenderError::Interrupted);
+                }
             }
             let mut renderings = this.renderings(scene, &views, &results)?;
             if let Some(first) = renderings.first_mut() {

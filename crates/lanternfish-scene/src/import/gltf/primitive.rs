@@ -10,7 +10,7 @@ use super::fault::{Place, Result, invalid};
 use super::schema::Root;
 use super::topology::Topology;
 use super::{deformation, normals, schema, tangents, thin, vertices};
-use crate::Primitive;
+use crate::{Primitive, SceneError};
 
 /// Result of reading a primitive.
 pub(super) enum Outcome {
@@ -71,20 +71,32 @@ pub(super) fn read(
         primitive.tangents.clear();
     }
     let has_flat_normals = primitive.normals.is_empty();
-    if has_flat_normals {
-        normals::make_flat(&mut primitive);
-    } else {
-        normals::repair(&mut primitive);
-    }
-    if let Some(uv_set) = normal_map_uv_set {
-        if primitive.tangents.is_empty() {
-            tangents::generate(&mut primitive, uv_set)?;
-        } else {
-            tangents::repair(&mut primitive);
-        }
-    }
+    complete(&mut primitive, normal_map_uv_set)?;
     deformation::keep_rest(&mut primitive, has_flat_normals);
     Ok(Outcome::Read(primitive))
+}
+
+impl Primitive {
+    /// Gives it flat normals if it has none, and tangents along texture coordinates `tangent_uv_set`
+    /// ([`Material::tangent_uv_set`](crate::Material::tangent_uv_set)), as files get them; repairs those that it has.
+    #[doc(hidden)]
+    pub fn complete(&mut self, tangent_uv_set: Option<u32>) -> std::result::Result<(), SceneError> {
+        complete(self, tangent_uv_set).map_err(|fault| fault.at("mesh".as_ref()))
+    }
+}
+
+/// Gives a primitive flat normals if it has none, and tangents along these texture coordinates; repairs those that it has.
+fn complete(primitive: &mut Primitive, tangent_uv_set: Option<u32>) -> Result<()> {
+    match primitive.normals.is_empty() {
+        true => normals::make_flat(primitive),
+        false => normals::repair(primitive),
+    }
+    match tangent_uv_set {
+        Some(uv_set) if primitive.tangents.is_empty() => tangents::generate(primitive, uv_set)?,
+        Some(_) => tangents::repair(primitive),
+        None => {}
+    }
+    Ok(())
 }
 
 /// Memory that reading a primitive takes.

@@ -1,0 +1,71 @@
+//! Settings by name, and light for scenes without.
+
+use std::sync::Arc;
+
+use lanternfish::{Settings, settings::Preset};
+use lanternfish_scene::{Camera, Scene, Setting as _, nearest, rig};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::log;
+
+/// Settings by name and value, each as text, with the rules of the command line.
+pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<Settings> {
+    let mut preset = Preset::default();
+    preset.read(quality).map_err(|what| PyValueError::new_err(format!("quality: {what}")))?;
+    let known = Settings::parameters();
+    let names: Vec<_> = known.iter().map(|parameter| parameter.info.name).collect();
+    for (name, text) in values {
+        let python = |name: &str| name.replace('-', "_");
+        if !names.contains(&name.as_str()) {
+            let near = python(nearest(name, &names));
+            return Err(PyValueError::new_err(format!(
+                "there is no setting {:?}; did you mean {near:?}?",
+                python(name)
+            )));
+        }
+        Settings::check(name, text).map_err(|what| PyValueError::new_err(format!("{}: {what}", python(name))))?;
+    }
+    let invalid = |what: String| PyValueError::new_err(what);
+    let texts = || values.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    let frames = texts().find(|(name, _)| *name == "accumulate").and_then(|(_, text)| text.parse().ok()).unwrap_or(1);
+    let choices = texts().filter(|(name, _)| Settings::is_choice(name));
+    let mut settings = Settings::of_choices(preset, choices, frames).map_err(invalid)?;
+    for (name, text) in texts().filter(|(name, _)| !Settings::is_choice(name)) {
+        settings.set(name, text).map_err(invalid)?;
+        if settings.get(name).is_none() && !["none", "auto"].contains(&text) {
+            return Err(invalid(format!("{}: belongs to a technique that is not chosen", name.replace('-', "_"))));
+        }
+    }
+    Ok(settings)
+}
+
+/// Name, valid values and meaning of every setting.
+#[pyfunction]
+pub fn settings() -> Vec<(String, Vec<&'static str>, &'static str)> {
+    let entry = |parameter: lanternfish::settings::AnyParameter| {
+        let names = parameter.names.iter().map(|(name, _)| *name).collect();
+        (parameter.info.name.replace('-', "_"), names, parameter.info.help)
+    };
+    Settings::parameters().into_iter().map(entry).collect()
+}
+
+/// Adds the light rig of this name; of `auto`, if nothing lights the scene. Returns it, and the exposure at which it shows white as white.
+pub fn add_rig(
+    scene: &mut Arc<Scene>,
+    camera: &Camera,
+    name: &str,
+    reaches_surfaces: bool,
+) -> PyResult<(Option<rig::LightRig>, Option<f32>)> {
+    let mut rig = rig::LightRig::for_dark(reaches_surfaces);
+    match name {
+        "auto" if scene.bounds().is_empty() || !rig::is_dark(scene) => return Ok((None, None)),
+        "auto" => {
+            let text =
+                format!("the scene has no light of its own: lit by the light rig {rig} (light_rig=studio|sun|none)");
+            log::note(log::INFO, text);
+        }
+        name => rig.read(name).map_err(|what| PyValueError::new_err(format!("light_rig: {what}")))?,
+    }
+    let exposure = rig.add(Arc::make_mut(scene), camera, 1.0);
+    Ok((Some(rig), exposure))
+}
