@@ -284,7 +284,7 @@ impl ViewArgs {
 /// Flags of stereo images.
 #[derive(Debug, Args)]
 pub struct StereoArgs {
-    /// Renders in stereo: vive (HTC Vive), parallel or parallel:METRES (both eyes have the camera's direction), or
+    /// Renders in stereo: vive (HTC Vive), parallel (0.063 m apart) or parallel:METRES (both eyes have the camera's direction), or
     /// l,r,b,t,METRES with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored for the right eye,
     /// distance between the eyes, and outward rotation of each eye. --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]

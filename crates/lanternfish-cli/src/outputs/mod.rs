@@ -12,7 +12,10 @@ use serde_json::json;
 
 use self::npz::Array;
 pub use self::{classes::Classes, npz::holds};
-use crate::{error::CliError, output::write_text};
+use crate::{
+    error::{self, CliError},
+    output::write_text,
+};
 
 /// A quantity of each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -200,7 +203,15 @@ impl Surfaces<'_> {
                     pixels.flat_map(unsigned).collect()
                 }
                 (Quantity::Albedo, Array::Floats(values)) => values.iter().map(|v| number(65535.0 * v)).collect(),
-                (_, Array::Floats(values)) => values.iter().map(|metres| number(1000.0 * metres)).collect(),
+                (_, Array::Floats(values)) => {
+                    if values.iter().any(|metres| 1000.0 * metres > 65535.0) {
+                        let name = quantity.name();
+                        error::say(&format_args!(
+                            "warning: {name}.png ends at 65.535 m, and some surfaces are farther: .exr and .npz hold all"
+                        ));
+                    }
+                    values.iter().map(|metres| number(1000.0 * metres)).collect()
+                }
                 (_, Array::Identities(ids)) => {
                     let number = |id: &u32| u16::try_from(*id).map_err(|_| too_large(*quantity, *id));
                     ids.iter().map(number).collect::<Result<_, _>>()?

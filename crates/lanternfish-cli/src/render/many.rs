@@ -64,7 +64,7 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
         }
     }
     let folder = args.folder()?;
-    let mut is_complete = true;
+    let mut failed = Vec::new();
     for (scene, path) in scenes.iter().zip(names(&scenes)) {
         let rendered = shot::resolve(scene, said).and_then(|mut shot| {
             args.resize(&mut shot, said);
@@ -78,11 +78,15 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
         });
         if let Err(error) = rendered {
             error::say(&error);
+            failed.push(scene.to_string());
             // The next scene may do without what failed.
-            (device, is_complete) = (None, false);
+            device = None;
         }
     }
-    Ok(is_complete)
+    if !failed.is_empty() && scenes.len() > 1 {
+        error::say(&format_args!("{} of {} scenes failed: {}", failed.len(), scenes.len(), failed.join(", ")));
+    }
+    Ok(failed.is_empty())
 }
 
 impl ManyArgs {

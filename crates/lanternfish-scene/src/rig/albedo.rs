@@ -9,19 +9,23 @@ use crate::{Material, Primitive, Scene, linear_from_srgb};
 const DARK: f32 = 0.05;
 /// The most that dark objects are brightened, EV.
 const MOST: f32 = 2.0;
+/// Base colour from which a surface is bright, and the fraction of all that may be: with more, a longer exposure would whiten what is seen.
+const BRIGHT: f32 = 0.4;
+const MOST_BRIGHT: f64 = 0.02;
 /// Largest number of triangles of a primitive that are read, evenly spaced.
 const MOST_TRIANGLES: usize = 1 << 12;
 
-/// Exposure at which the studio shows a scene's materials, EV in steps of 1/8: 0, or up to 2 if their mean base colour is below 0.05.
+/// Exposure at which the studio shows a scene's materials, EV in steps of 1/8: 0, or up to 2 if their mean base colour is below 0.05
+/// and hardly any is bright.
 pub fn exposure(scene: &Scene) -> f32 {
-    let ev = mean_base_color(scene).map_or(0.0, |mean| (DARK / mean).log2().clamp(0.0, MOST));
+    let ev = mean_of_dark(scene).map_or(0.0, |mean| (DARK / mean).log2().clamp(0.0, MOST));
     (8.0 * ev).round() / 8.0
 }
 
-/// Mean luminance of the base colours of all surfaces that are not transparent, by area; `None` if there are none. Surfaces that need no light
-/// count as white.
-fn mean_base_color(scene: &Scene) -> Option<f32> {
-    let (mut sum, mut area) = (0.0f64, 0.0f64);
+/// Mean luminance of the base colours of all surfaces that are not transparent, by area; `None` if there are none, or bright ones among them.
+/// Surfaces that need no light count as white.
+fn mean_of_dark(scene: &Scene) -> Option<f32> {
+    let (mut sum, mut area, mut bright) = (0.0f64, 0.0f64, 0.0f64);
     for instance in &scene.instances {
         for primitive in &scene.meshes[instance.mesh].primitives {
             let material = &scene.materials[primitive.material];
@@ -33,12 +37,14 @@ fn mean_base_color(scene: &Scene) -> Option<f32> {
             for corners in triangles.iter().step_by(step).map(|corners| corners.map(|i| i as usize)) {
                 let [a, b, c] = corners.map(|i| instance.world_from_object.transform_point3(primitive.positions[i]));
                 let weight = step as f64 * f64::from((b - a).cross(c - a).length());
-                sum += weight * f64::from(luminance(base_color(scene, material, primitive, corners)));
+                let color = luminance(base_color(scene, material, primitive, corners));
+                sum += weight * f64::from(color);
+                bright += if color > BRIGHT { weight } else { 0.0 };
                 area += weight;
             }
         }
     }
-    (area > 0.0).then_some((sum / area) as f32)
+    (area > 0.0 && bright <= MOST_BRIGHT * area).then_some((sum / area) as f32)
 }
 
 /// The base colour in the middle of a triangle: that of the nearest texel.
@@ -102,6 +108,17 @@ mod tests {
         // 63 of 255 is 0.05; the texture's white half is not shown.
         assert_eq!((of([63; 3], tinted(1.0)), of([63; 3], tinted(0.5))), (0.0, 1.0));
         assert_eq!(of([0; 3], Material { unlit: true, ..tinted(1.0) }), 0.0);
+        // A label: a white square of 4 % or 1 % of the area beside a black one.
+        let with_label = |scale: f32| {
+            let mut scene = square([0; 3], tinted(1.0));
+            scene.materials.push(Material::default());
+            let label = Primitive { material: 2, ..scene.meshes[0].primitives[0].clone() };
+            scene.meshes.push(Mesh { primitives: vec![label], ..Mesh::default() });
+            let world_from_object = glam::Affine3A::from_scale(Vec3::splat(scale));
+            scene.instances.push(Instance { name: String::new(), mesh: 1, world_from_object });
+            exposure(&scene)
+        };
+        assert_eq!((with_label(0.2), with_label(0.1)), (0.0, 2.0));
         let mut dark = square([0; 3], tinted(1.0));
         dark.meshes[0].primitives[0].material = 1;
         assert_eq!(exposure(&dark), 0.0, "all is glass");

@@ -34,8 +34,7 @@ pub fn suits(scene: &Scene, camera: &Camera) -> bool {
 /// environment, the sky and directional lights that nothing blocks makes it as bright as the environment behind it. `found`: the fraction
 /// of this light that a renderer finds. If it `catches_shadows`, it is grey and a shadow catcher, whose edge fades.
 pub fn add(scene: &mut Scene, camera: &Camera, found: f32, catches_shadows: bool) -> usize {
-    let bounds = scene.bounds();
-    let (center, radius) = place(&bounds);
+    let (center, radius) = place(&tight_bounds(scene));
     let irradiance = found * irradiance(scene);
     let behind = |p: Vec3| {
         let direction = (p - camera.eye()).normalize_or(Vec3::NEG_Y);
@@ -78,6 +77,16 @@ pub fn add(scene: &mut Scene, camera: &Camera, found: f32, catches_shadows: bool
     scene.instances.len() - 1
 }
 
+/// Box of all vertices: boxes of turned boxes would end below an object's foot.
+fn tight_bounds(scene: &Scene) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    for instance in &scene.instances {
+        let positions = scene.meshes[instance.mesh].primitives.iter().flat_map(|primitive| &primitive.positions);
+        positions.for_each(|p| bounds.add_point(instance.world_from_object.transform_point3(*p)));
+    }
+    bounds
+}
+
 /// Centre and radius of the ground, m: under the object, and as far as its shadow is worth seeing.
 fn place(bounds: &Bounds) -> (Vec3, f32) {
     let size = bounds.size();
@@ -116,6 +125,19 @@ mod tests {
         scene.instances.truncate(1);
         let camera = Camera::framing_scene(&scene, Some(Viewpoint::Iso), 0.8, 1.5);
         (scene, camera)
+    }
+
+    /// The box of the turned ball's box ends further below.
+    #[test]
+    fn the_ground_touches_a_turned_object() {
+        let (mut scene, camera) = ball();
+        let turned = Affine3A::from_rotation_z(0.7) * Affine3A::from_rotation_x(0.5);
+        scene.instances[0].world_from_object = turned * scene.instances[0].world_from_object;
+        let bottom = tight_bounds(&scene).min.y;
+        assert!(scene.bounds().min.y < bottom - 0.1);
+        let index = add(&mut scene, &camera, 1.0, false);
+        let top = scene.instances[index].world_from_object.translation.y;
+        assert!(top < bottom && top > bottom - 0.01, "{top}, {bottom}");
     }
 
     /// A white ground under a uniform sky is as bright as the sky; under a sun of equal strength it has half the albedo.

@@ -73,7 +73,7 @@ fn keep_most_powerful(all: &mut Vec<EmissiveTriangle>, most: usize) {
             b.emitter.power.total_cmp(&a.emitter.power).then(a.triangle.cmp(&b.triangle))
         };
         all.select_nth_unstable_by(most, more_powerful);
-        tracing::warn!("of {} emissive triangles, light samples go to the {most} most powerful ones", all.len());
+        tracing::warn!("{} triangles emit light; only the {most} most powerful are sampled", all.len());
         all.truncate(most);
     }
 }
