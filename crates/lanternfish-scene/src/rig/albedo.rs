@@ -12,6 +12,9 @@ const MOST: f32 = 2.0;
 /// Base colour from which a surface is bright, and the fraction of all that may be: with more, a longer exposure would whiten what is seen.
 const BRIGHT: f32 = 0.4;
 const MOST_BRIGHT: f64 = 0.02;
+/// Barycentric coordinates of the points of a triangle that are read.
+const POINTS: [Vec3; 4] =
+    [Vec3::splat(1.0 / 3.0), Vec3::new(0.8, 0.1, 0.1), Vec3::new(0.1, 0.8, 0.1), Vec3::new(0.1, 0.1, 0.8)];
 /// Largest number of triangles of a primitive that are read, evenly spaced.
 const MOST_TRIANGLES: usize = 1 << 12;
 
@@ -37,9 +40,11 @@ fn mean_of_dark(scene: &Scene) -> Option<f32> {
             for corners in triangles.iter().step_by(step).map(|corners| corners.map(|i| i as usize)) {
                 let [a, b, c] = corners.map(|i| instance.world_from_object.transform_point3(primitive.positions[i]));
                 let weight = step as f64 * f64::from((b - a).cross(c - a).length());
-                let color = luminance(base_color(scene, material, primitive, corners));
-                sum += weight * f64::from(color);
-                bright += if color > BRIGHT { weight } else { 0.0 };
+                for at in POINTS {
+                    let color = luminance(base_color(scene, material, primitive, corners, at));
+                    sum += weight * f64::from(color) / POINTS.len() as f64;
+                    bright += if color > BRIGHT { weight / POINTS.len() as f64 } else { 0.0 };
+                }
                 area += weight;
             }
         }
@@ -47,18 +52,20 @@ fn mean_of_dark(scene: &Scene) -> Option<f32> {
     (area > 0.0 && bright <= MOST_BRIGHT * area).then_some((sum / area) as f32)
 }
 
-/// The base colour in the middle of a triangle: that of the nearest texel.
-fn base_color(scene: &Scene, material: &Material, primitive: &Primitive, corners: [usize; 3]) -> Vec3 {
+/// The base colour at these barycentric coordinates of a triangle: that of the nearest texel.
+fn base_color(scene: &Scene, material: &Material, primitive: &Primitive, corners: [usize; 3], at: Vec3) -> Vec3 {
+    let weights = at.to_array();
     if material.unlit {
         return Vec3::ONE;
     }
     let mut color = material.base_color.truncate();
     if !primitive.colors.is_empty() {
-        color *= corners.map(|i| primitive.colors[i].truncate()).iter().sum::<Vec3>() / 3.0;
+        color *= corners.iter().zip(weights).map(|(i, weight)| weight * primitive.colors[*i].truncate()).sum::<Vec3>();
     }
     let Some(map) = material.base_color_texture else { return color };
     let uvs = if map.uv_set == 0 { &primitive.uv0 } else { &primitive.uv1 };
-    let uv = corners.map(|i| uvs.get(i).copied().unwrap_or_default()).iter().sum::<Vec2>() / 3.0;
+    let uv = |i: usize| uvs.get(i).copied().unwrap_or_default();
+    let uv = corners.iter().zip(weights).map(|(i, weight)| weight * uv(*i)).sum::<Vec2>();
     let uv = map.texture_from_uv.transform_point2(uv);
     let image = &scene.images[scene.textures[map.texture].image];
     // Casts to integers saturate.
