@@ -368,6 +368,9 @@ mod tests {
         scene.materials.iter_mut().for_each(|material| material.base_color = glam::Vec4::W);
         let of = |scale| AddedLights::add(LightRig::Studio, &mut scene.clone(), &camera, scale).exposure();
         assert_eq!((of(1.0), of(4.0)), (Some(2.0), Some(0.0)), "dark materials");
+        // A court, from inside: the sky of the studio lights little of what is seen.
+        let inside = Camera { world_from_camera: glam::Affine3A::IDENTITY, ..camera };
+        assert_eq!(AddedLights::add(LightRig::Studio, &mut scene, &inside, 1.0).exposure(), None);
     }
 
     #[test]

@@ -80,6 +80,11 @@ impl Bounds {
         !self.min.cmple(self.max).all()
     }
 
+    /// True if `p` lies in the box or on its surface.
+    pub(crate) fn contains(&self, p: Vec3) -> bool {
+        self.min.cmple(p).all() && p.cmple(self.max).all()
+    }
+
     /// Centre of the box; the origin for an empty one.
     pub fn center(&self) -> Vec3 {
         if self.is_empty() { Vec3::ZERO } else { 0.5 * (self.min + self.max) }

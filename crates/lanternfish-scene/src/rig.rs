@@ -33,7 +33,7 @@ impl LightRig {
 
     /// Adds the rig's lights to the scene, for `camera`. An existing environment is kept; `scale` multiplies the studio's.
     /// Returns the exposure at which a white sheet in the studio is white, or that of dark materials, EV, if nothing else lights the
-    /// scene.
+    /// scene and the camera is outside of it: what is seen from inside is lit by little of the studio.
     pub fn add(self, scene: &mut Scene, camera: &Camera, scale: f32) -> Option<f32> {
         let (was_dark, had_image) = (is_dark(scene), scene.environment.is_some());
         let has_environment = had_image || scene.sky != Vec3::ZERO;
@@ -56,7 +56,7 @@ impl LightRig {
         }
         let has_studio = !had_image && scene.environment.is_some();
         // In a closed interior the studio has a lamp, too.
-        let is_alone = has_studio && was_dark && scene.lights.is_empty();
+        let is_alone = has_studio && was_dark && scene.lights.is_empty() && !scene.bounds().contains(camera.eye());
         is_alone.then(|| scale.recip().log2() + albedo::exposure(scene)).filter(|ev| ev.is_finite())
     }
 }

@@ -25,9 +25,8 @@ pub fn suits(scene: &Scene, camera: &Camera) -> bool {
         return false;
     }
     let (size, eye) = (bounds.size(), camera.eye());
-    let is_between = eye.cmpge(bounds.min).all() && eye.cmple(bounds.max).all();
     let is_thin = size.min_element() < LEAST_THICKNESS * size.max_element();
-    !is_between && !is_thin && eye.y > bounds.min.y + 0.1 * size.max_element()
+    !bounds.contains(eye) && !is_thin && eye.y > bounds.min.y + 0.1 * size.max_element()
 }
 
 /// Adds a disk just below the scene, for `camera`; returns the index of its instance. Every point has the albedo at which light of the
