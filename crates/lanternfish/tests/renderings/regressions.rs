@@ -8,7 +8,7 @@ use lanternfish::{
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
 
-use crate::support::{Front, assert_near, quad, render, scene_of, thin_dielectric};
+use crate::support::{EDGE, Front, assert_near, quad, render, scene_of, thin_dielectric};
 
 fn matt(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), metallic: 0.0, ..Material::default() }
@@ -37,6 +37,23 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan(gpu: &Gpu) {
                 assert_near(front.at(x, y), plain, 1.0, "one point of a white texture");
             }
         }
+    }
+}
+
+/// Texture coordinates that differ by a unit in the last place, as files of palettes have them.
+#[gpu_test]
+fn gpu_a_texture_seen_at_one_point_up_to_rounding_is_not_nan(gpu: &Gpu) {
+    let mut scene = scene_of(vec![thin_dielectric(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    scene.materials[0].base_color_texture = Some(white_texture(&mut scene));
+    let [least, most] = [0.5589074f32, 0.5589074f32.next_up()];
+    let camera =
+        Camera::look_at(Vec3::new(2.0, -3.0, 3.0), Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.1 });
+    for uv in [[least, most, least, least], [least, most, most, least], [least; 4], [least, least, most, most]] {
+        scene.meshes[0].primitives[0].uv0 = uv.map(|u| Vec2::new(u, 0.437_992_16)).into();
+        let rendering = render(gpu, &scene, &camera, (EDGE, EDGE), Settings::direct_light());
+        let wrong = rendering.radiance.iter().filter(|pixel| pixel.iter().any(|value| !value.is_finite())).count();
+        assert_eq!(wrong, 0, "{uv:?}");
     }
 }
 
