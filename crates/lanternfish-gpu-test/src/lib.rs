@@ -10,7 +10,8 @@ use proc_macro::{Delimiter, Group, TokenStream, TokenTree};
 /// ```
 ///
 /// is a test without arguments, which takes `gpu`, a `&'static Gpu`, from `testing::gpu("gpu_culling_loses_no_light")`
-/// and returns if there is none. `#[gpu_test(path)]` takes it from another function of the same signature. `Gpu` need
+/// and returns if there is none. It ends when the device is idle. `#[gpu_test(path)]` takes it from another function of
+/// the same signature. `Gpu` need
 /// not be in scope.
 #[proc_macro_attribute]
 pub fn gpu_test(source: TokenStream, function: TokenStream) -> TokenStream {
@@ -22,7 +23,10 @@ pub fn gpu_test(source: TokenStream, function: TokenStream) -> TokenStream {
         panic!("expected one argument, `gpu: &Gpu`");
     };
     let source = if source.is_empty() { "testing::gpu".to_owned() } else { source.to_string() };
-    let adapter = format!("let Some({gpu}) = {source}({:?}) else {{ return }};", name.to_string());
+    let adapter = format!(
+        "let Some({gpu}) = {source}({:?}) else {{ return }}; let _idle = {gpu}.idle_at_end();",
+        name.to_string()
+    );
     let mut statements: TokenStream = adapter.parse().expect("this is Rust");
     statements.extend(body.stream());
 

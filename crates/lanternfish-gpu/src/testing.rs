@@ -37,6 +37,24 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
     gpu.as_ref()
 }
 
+/// Waits for a device when it is dropped.
+pub struct Idle<'a>(&'a Gpu);
+
+impl Gpu {
+    /// Waits for all submitted work when the result is dropped. A process that exits while a software adapter works for a device
+    /// that is never dropped, as that of the tests, may crash: the exit frees what the adapter's threads use.
+    pub fn idle_at_end(&self) -> Idle<'_> {
+        Idle(self)
+    }
+}
+
+impl Drop for Idle<'_> {
+    fn drop(&mut self) {
+        // Fails on a lost device, which has nothing to wait for.
+        let _ = self.0.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+}
+
 /// The engine that all tests of this process share for a device. It avoids compiling the same shaders again for each renderer, which takes
 /// most of a test's time on a software adapter. Tests that count compilations must not use it.
 pub fn engine(gpu: &Gpu) -> Engine {
