@@ -18,7 +18,8 @@ const PACKAGES: [&str; 4] = ["numpy", "pytest", "trimesh", "pillow"];
 
 /// `words` go to pytest.
 pub fn run(words: &[String]) -> Result<(), String> {
-    step(&mut cargo(["build", "--workspace"]))?;
+    // With the tests, as `cargo xtask test` builds them: without them dependencies have other features, and all are built again.
+    step(&mut cargo(["build", "--workspace", "--lib", "--bins", "--tests"]))?;
     // Built beside this program.
     let here = env::current_exe().map_err(|error| format!("path of this program: {error}"))?;
     let built = here.parent().expect("a program lies in a folder");
