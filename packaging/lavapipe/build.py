@@ -27,7 +27,11 @@ from pathlib import Path
 
 SUITE = "trixie"
 MESA = "26.0.8"
-MESA_URL = f"https://archive.mesa3d.org/mesa-{MESA}.tar.xz"
+# The same file: where Mesa publishes it, and in a distribution's archive, for when the first does not answer.
+MESA_URLS = (
+    f"https://archive.mesa3d.org/mesa-{MESA}.tar.xz",
+    f"http://archive.ubuntu.com/ubuntu/pool/main/m/mesa/mesa_{MESA}.orig.tar.xz",
+)
 MESA_SHA256 = "caf1c0061a68e88dfa74967a7e780c0e85d65b6c4e334cd69095a5dc54ad78bc"
 LLVM = 22
 ZIG = "0.15.2"
@@ -142,8 +146,18 @@ def make_stubs(root: Root):
     )
 
 
+def download(urls: tuple[str, ...]) -> bytes:
+    """What the first of `urls` that answers holds."""
+    for url in urls:
+        try:
+            return urllib.request.urlopen(url, timeout=60).read()
+        except OSError as error:
+            print(f"{url}: {error}", file=sys.stderr)
+    sys.exit(f"none of {len(urls)} addresses of Mesa {MESA} answers: give its tarball by --mesa")
+
+
 def mesa_tarball(given: Path | None) -> bytes:
-    data = given.read_bytes() if given else urllib.request.urlopen(MESA_URL).read()
+    data = given.read_bytes() if given else download(MESA_URLS)
     digest = hashlib.sha256(data).hexdigest()
     if digest != MESA_SHA256:
         sys.exit(f"the tarball of Mesa {MESA} has SHA-256 {digest}, expected {MESA_SHA256}")
@@ -234,7 +248,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path, help="folder for the wheel")
     parser.add_argument("--root", type=Path, default=Path(f"/var/tmp/lanternfish-{SUITE}"), help="the chroot")
-    parser.add_argument("--mesa", type=Path, help=f"Mesa's tarball, instead of {MESA_URL}")
+    parser.add_argument("--mesa", type=Path, help="Mesa's tarball, instead of a download")
     arguments = parser.parse_args()
     tarball = mesa_tarball(arguments.mesa)
     root = Root(arguments.root.resolve())
