@@ -130,6 +130,16 @@ pub struct BenchArgs {
 /// The entry point of the program `lanternfish`: runs the process's arguments and returns its exit code. Call it first in
 /// `main`.
 pub fn main() -> ExitCode {
+    ExitCode::from(begin())
+}
+
+/// As [`main`], for a program that lives in another one: `program` starts this one in another process, before `arguments`.
+pub fn main_of(program: Vec<OsString>, arguments: Vec<OsString>) -> u8 {
+    program::embed(program, arguments);
+    begin()
+}
+
+fn begin() -> u8 {
     let started = Instant::now();
     program::run(|cli: Cli, matches| {
         let said = matches.subcommand().map_or(matches, |(_, said)| said);
@@ -138,7 +148,7 @@ pub fn main() -> ExitCode {
 }
 
 /// Runs a command. `said` holds the arguments as given, to tell them from defaults.
-fn run(cli: Cli, said: &ArgMatches, started: Instant) -> ExitCode {
+fn run(cli: Cli, said: &ArgMatches, started: Instant) -> u8 {
     cli.trust.obey();
     told(match cli.command {
         Command::Render(args) => {

@@ -71,7 +71,7 @@ mod stereo;
 mod warm;
 mod window;
 
-pub use cli::main;
+pub use cli::{main, main_of};
 #[doc(hidden)]
 pub use reference::fingerprint;
 #[doc(hidden)]

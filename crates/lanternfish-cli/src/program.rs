@@ -1,8 +1,11 @@
 //! Start and end of every program of the project.
 
 use std::{
+    env,
+    ffi::OsString,
     io::{self, Write as _},
-    process::ExitCode,
+    process::Command,
+    sync::OnceLock,
 };
 
 use clap::{ArgMatches, Parser};
@@ -14,17 +17,43 @@ use crate::{
     signals,
 };
 
-/// Parses this process's arguments and runs `work` with them, as declared and as given. Prints help and argument errors. Call
-/// it first in `main`, before any other thread starts.
-pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode {
+/// The words that start this program, and its arguments. Without a value they are the process's own.
+static WORDS: OnceLock<(Vec<OsString>, Vec<OsString>)> = OnceLock::new();
+
+/// Sets what another process of this program starts with, and the arguments: for programs that live in another one, as in Python's.
+pub fn embed(program: Vec<OsString>, arguments: Vec<OsString>) {
+    WORDS.set((program, arguments)).expect("a process is one program");
+}
+
+/// The arguments, without the program's name.
+pub fn arguments() -> Vec<OsString> {
+    WORDS.get().map_or_else(|| env::args_os().skip(1).collect(), |(_, arguments)| arguments.clone())
+}
+
+/// Another process of this program, without arguments yet.
+pub fn again() -> Result<Command, CliError> {
+    if let Some((program, _)) = WORDS.get() {
+        let mut command = Command::new(&program[0]);
+        command.args(&program[1..]);
+        return Ok(command);
+    }
+    let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
+    Ok(Command::new(program))
+}
+
+/// Parses the arguments and runs `work` with them, as declared and as given. Prints help and argument errors. Returns the exit code.
+/// Call it first in `main`, before any other thread starts.
+pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> u8) -> u8 {
     error::install_panic_message();
     lanternfish_papers::register();
     quieten_mesa();
     if let Err(error) = signals::install() {
         error::say(&CliError::new(format_args!("cannot listen to signals: {error}"), ""));
-        return ExitCode::FAILURE;
+        return 1;
     }
-    let matches = P::command().try_get_matches();
+    let mut command = P::command();
+    let name = OsString::from(command.get_name());
+    let matches = command.try_get_matches_from_mut([name].into_iter().chain(arguments()));
     match matches.and_then(|matches| Ok((P::from_arg_matches(&matches)?, matches))) {
         Ok((arguments, matches)) => work(arguments, &matches),
         Err(mut error) => {
@@ -35,14 +64,11 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> ExitCode) -> ExitCode
 }
 
 /// Prints the error, if any, and returns the process's exit code.
-pub fn told(result: Result<u8, CliError>) -> ExitCode {
-    match result {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            error::say(&error);
-            ExitCode::FAILURE
-        }
-    }
+pub fn told(result: Result<u8, CliError>) -> u8 {
+    result.unwrap_or_else(|error| {
+        error::say(&error);
+        1
+    })
 }
 
 /// Prints clap's message, an argument error or the text of `--help` and `--version`, and returns the exit code.
@@ -57,5 +83,19 @@ fn quieten_mesa() {
     if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // SAFETY: called first in `main`, before any thread could read the environment.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_embedded_program_starts_again_as_it_was_started() {
+        assert_eq!(again().unwrap().get_program(), env::current_exe().unwrap());
+        embed(["python3", "-m", "lanternfish"].map(OsString::from).into(), vec!["doctor".into()]);
+        let again = again().unwrap();
+        assert_eq!((again.get_program(), arguments()), ("python3".as_ref(), vec!["doctor".into()]));
+        assert!(again.get_args().eq(["-m", "lanternfish"]));
     }
 }

@@ -35,6 +35,12 @@ impl<T> Drop for OfProcess<T> {
     }
 }
 
+/// True if this machine has an adapter that can render.
+#[pyfunction]
+pub fn has_adapter(py: Python<'_>) -> bool {
+    py.detach(|| !lanternfish_gpu::adapters().is_empty())
+}
+
 /// An open device. All renderers of a process share it.
 #[pyclass(frozen)]
 pub struct Device(OfProcess<(Engine, Gpu)>);

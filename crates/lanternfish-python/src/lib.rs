@@ -13,7 +13,7 @@ mod scene;
 mod settings;
 mod state;
 
-use std::{fmt, io, process, sync::OnceLock};
+use std::{ffi::OsString, fmt, io, process, sync::OnceLock};
 
 use lanternfish::RenderError;
 use lanternfish_scene::SceneError;
@@ -51,10 +51,15 @@ fn load_failed(error: SceneError) -> PyErr {
     }
 }
 
-/// An error in a process that was forked after the first use: it has none of the threads that work, nor the driver's.
+/// Begins a use of the library. An error in a process that was forked after the first use: it has none of the threads that work, nor the
+/// driver's.
 fn check_process() -> PyResult<()> {
     static USER: OnceLock<u32> = OnceLock::new();
-    match *USER.get_or_init(process::id) == process::id() {
+    let user = USER.get_or_init(|| {
+        log::install();
+        process::id()
+    });
+    match *user == process::id() {
         true => Ok(()),
         false => Err(failed(
             "this process was forked from one that had used lanternfish: start processes with \
@@ -72,9 +77,14 @@ fn step(progress: Option<&Py<PyAny>>, done: usize, all: usize) -> PyResult<()> {
     })
 }
 
+/// Runs the program `lanternfish` and returns its exit code. `program` starts it in another process.
+#[pyfunction]
+fn command(py: Python<'_>, program: Vec<OsString>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| lanternfish_cli::main_of(program, arguments))
+}
+
 #[pymodule]
 fn _lanternfish(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    log::install();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("NoAdapter", module.py().get_type::<NoAdapter>())?;
@@ -85,5 +95,7 @@ fn _lanternfish(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<renderer::Moment>()?;
     module.add_function(wrap_pyfunction!(reference::reference, module)?)?;
     module.add_function(wrap_pyfunction!(reference::compare, module)?)?;
-    module.add_function(wrap_pyfunction!(settings::settings, module)?)
+    module.add_function(wrap_pyfunction!(settings::settings, module)?)?;
+    module.add_function(wrap_pyfunction!(device::has_adapter, module)?)?;
+    module.add_function(wrap_pyfunction!(command, module)?)
 }

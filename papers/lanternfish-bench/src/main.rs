@@ -174,10 +174,10 @@ enum Bench {
 }
 
 fn main() -> ExitCode {
-    program::run(|cli: Cli, _| {
+    ExitCode::from(program::run(|cli: Cli, _| {
         cli.trust.obey();
         program::told(run(&cli.bench).map(|()| 0))
-    })
+    }))
 }
 
 fn run(bench: &Bench) -> Result<(), CliError> {

@@ -6,10 +6,7 @@ mod measure;
 mod renderings;
 mod table;
 
-use std::{
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
@@ -125,16 +122,16 @@ fn pixels_per_degree(text: &str) -> Result<f32, String> {
 }
 
 /// Compares two images, prints the result and returns the exit code.
-pub fn main(args: &CompareArgs) -> ExitCode {
+pub fn main(args: &CompareArgs) -> u8 {
     match run(args) {
-        Ok(None) => ExitCode::SUCCESS,
+        Ok(None) => 0,
         Ok(Some(exceeded)) => {
             error::say(&exceeded);
-            ExitCode::FAILURE
+            1
         }
         Err(error) => {
             error::say(&error);
-            ExitCode::from(BAD_INPUT)
+            BAD_INPUT
         }
     }
 }

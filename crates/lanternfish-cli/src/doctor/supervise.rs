@@ -3,13 +3,13 @@
 use std::{
     env, fs, io,
     path::Path,
-    process::{Child, Command, ExitStatus},
+    process::{Child, ExitStatus},
     thread,
     time::{Duration, SystemTime},
 };
 
 use super::{DoctorArgs, exit_code, read, report::Report};
-use crate::{error::CliError, output::print};
+use crate::{error::CliError, output::print, program};
 
 /// Exit code of a process that lost its device: the next process opens a new one.
 pub const LOST: u8 = 75;
@@ -29,12 +29,11 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     let file = args.json.clone().unwrap_or_else(|| of_run.clone());
     // Remove the report of another run, which this run must not continue.
     let _ = fs::remove_file(&file);
-    let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
     let work = || {
-        let mut worker = Command::new(&program);
-        worker.args(env::args_os().skip(1)).env(WORKER, &file);
+        let mut worker = program::again()?;
+        worker.args(program::arguments()).env(WORKER, &file);
         let started = worker.spawn().and_then(|mut worker| wait(&mut worker, &file));
-        started.map_err(|error| CliError::new(format_args!("{}: {error}", program.display()), ""))
+        started.map_err(|error| CliError::new(format_args!("{}: {error}", worker.get_program().display()), ""))
     };
     let result = processes(&file, work);
     let _ = fs::remove_file(&of_run);
@@ -144,7 +143,7 @@ mod tests {
     #[test]
     fn a_process_that_makes_progress_is_not_killed() {
         let folder = tempfile::tempdir().unwrap();
-        let mut short = Command::new("true").spawn().unwrap();
+        let mut short = std::process::Command::new("true").spawn().unwrap();
         assert!(wait(&mut short, &folder.path().join("report.json")).unwrap().success());
     }
 

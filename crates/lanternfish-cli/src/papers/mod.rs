@@ -6,11 +6,9 @@ mod page;
 
 use std::{
     collections::BTreeMap,
-    env,
     ffi::OsString,
     fs,
     path::{Path, PathBuf},
-    process,
 };
 
 use clap::{Arg, ArgMatches, Args};
@@ -24,7 +22,7 @@ use crate::{
     args::{Selection, SharedFlags, TrustArgs, demos},
     error::CliError,
     images::{energy_of, shown},
-    output,
+    output, program,
     progress::Progress,
     reference::shared_flags,
     report::grouped,
@@ -277,8 +275,7 @@ impl Flags {
 
     /// Runs a command of this program on the scene.
     fn run(&self, args: &PapersArgs, first: &[&str], flags: &[OsString], more: &[OsString]) -> Result<(), CliError> {
-        let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
-        let mut command = process::Command::new(program);
+        let mut command = program::again()?;
         command
             .args(first)
             .args(flags)

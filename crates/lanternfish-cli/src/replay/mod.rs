@@ -18,7 +18,6 @@ pub mod series;
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::ExitCode,
 };
 
 use clap::{Arg, ArgMatches, Args};
@@ -103,12 +102,12 @@ impl Selection for SimulationArgs {
 }
 
 /// Replays, prints the results and returns the exit code.
-pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
+pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> u8 {
     match run(args, said) {
-        Ok(code) => ExitCode::from(code),
+        Ok(code) => code,
         Err(error) => {
             error::say(&error);
-            ExitCode::from(FAILED)
+            FAILED
         }
     }
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+import stat
 import tempfile
 import threading
 from typing import Iterator
@@ -19,7 +20,7 @@ def device(adapter: str) -> _lanternfish.Device:
     """The device of an adapter: "auto", "cpu", "gpu" or a part of its name. Opened once for a process."""
     with _lock:
         if adapter not in _devices:
-            with _environment(**_shader_cache()):
+            with _environment(**_quiet(), **_shader_cache()):
                 _devices[adapter] = _open(adapter)
         return _devices[adapter]
 
@@ -28,14 +29,34 @@ def _open(adapter: str) -> _lanternfish.Device:
     try:
         return _lanternfish.Device(adapter)
     except _lanternfish.NoAdapter as error:
-        try:
-            import lanternfish_lavapipe as driver  # type: ignore[import-not-found]
-        except ImportError:
+        variables = _packaged()
+        if not variables:
             raise _lanternfish.NoAdapter(f"{error}; or `pip install lanternfish-lavapipe`: one for Python") from None
+    with _environment(**variables):
+        return _lanternfish.Device(adapter)
+
+
+def for_program() -> None:
+    """Lets the rest of this process, and those that it starts, find an adapter and a folder for compiled shaders."""
+    os.environ.update(_quiet() | _shader_cache())
+    if not _lanternfish.has_adapter():
+        os.environ.update(_packaged())
+
+
+def _packaged() -> dict[str, str]:
+    """Loads the loader of the software driver's package. The variables with which it finds the driver; none without the package."""
+    try:
+        import lanternfish_lavapipe as driver  # type: ignore[import-not-found]
+    except ImportError:
+        return {}
     # wgpu asks for `libvulkan.so.1` by this name; a loaded library of the name is taken.
     ctypes.CDLL(str(driver.loader()), mode=ctypes.RTLD_GLOBAL)
-    with _environment(VK_ADD_DRIVER_FILES=str(driver.icd())):
-        return _lanternfish.Device(adapter)
+    return {"VK_ADD_DRIVER_FILES": str(driver.icd())}
+
+
+def _quiet() -> dict[str, str]:
+    """Without a desktop, a layer of old Mesa drivers prints that it cannot ask for the preferred adapter."""
+    return {} if "XDG_RUNTIME_DIR" in os.environ else {"NODEVICE_SELECT": "1"}
 
 
 def _shader_cache() -> dict[str, str]:
@@ -48,7 +69,14 @@ def _shader_cache() -> dict[str, str]:
     if os.access(usual, os.W_OK | os.X_OK):
         return {}
     user = getattr(os, "getuid", int)()
-    return {"MESA_SHADER_CACHE_DIR": os.path.join(tempfile.gettempdir(), f"lanternfish-shaders-{user}")}
+    folder = os.path.join(tempfile.gettempdir(), f"lanternfish-shaders-{user}")
+    with contextlib.suppress(FileExistsError):
+        os.mkdir(folder, 0o700)
+    # It holds code that runs: another user's folder of this name is left alone.
+    found = os.lstat(folder)
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != user or found.st_mode & 0o022:
+        folder = tempfile.mkdtemp(prefix="lanternfish-shaders-")
+    return {"MESA_SHADER_CACHE_DIR": folder}
 
 
 @contextlib.contextmanager
