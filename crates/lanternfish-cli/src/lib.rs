@@ -71,7 +71,9 @@ mod stereo;
 mod warm;
 mod window;
 
-pub use cli::{main, main_of};
+pub use cli::main;
+#[doc(hidden)]
+pub use cli::main_of;
 #[doc(hidden)]
 pub use reference::fingerprint;
 #[doc(hidden)]

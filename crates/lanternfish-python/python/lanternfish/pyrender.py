@@ -22,6 +22,13 @@ class RenderFlags:
     _REFUSED = FLIP_WIREFRAME | ALL_WIREFRAME | VERTEX_NORMALS | FACE_NORMALS
 
 
+class Texture:
+    """An image for a material: an array or an image of PIL."""
+
+    def __init__(self, name=None, sampler=None, source=None, source_channels=None, width=None, height=None):
+        self.name, self.source = name, source
+
+
 def MetallicRoughnessMaterial(
     name=None, normalTexture=None, occlusionTexture=None, emissiveTexture=None, emissiveFactor=(0.0, 0.0, 0.0),
     alphaMode="OPAQUE", alphaCutoff=None, doubleSided=False, smooth=True, wireframe=False, baseColorFactor=(1.0, 1.0,

@@ -29,6 +29,8 @@ pub(super) struct Plain {
     /// Names of the shapes that have faces. The text holds indices into this list instead of names: names may be of any
     /// length, and each change of attributes repeats the name.
     pub names: Vec<String>,
+    /// True if vertices have colours: numbers after the point.
+    pub is_colored: bool,
     /// Number of vertices, texture coordinates and normals together.
     points: u64,
     /// Number of lines at which `tobj` begins a model.
@@ -52,7 +54,8 @@ impl Plain {
 /// The plain form of the lines that are read, at most [`MOST_GROWTH`] times as long. An error describes the fault and names
 /// its line.
 pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
-    let mut plain = Plain::default();
+    let has_color = |line: &str| matches!(split_key(line), ("v", rest) if rest.split_whitespace().count() > 5);
+    let mut plain = Plain { is_colored: text.lines().any(has_color), ..Plain::default() };
     let mut used = None;
     let mut out = String::with_capacity(text.len());
     let mut counts: Counts = [0; 3];
@@ -75,7 +78,8 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
         match key {
             "v" | "vt" | "vn" => {
                 let kind = ["v", "vt", "vn"].iter().position(|k| *k == key).unwrap_or(0);
-                write_numbers(&mut out, kind, rest).map_err(|what| fault(format!("{key}: {what}")))?;
+                write_numbers(&mut out, kind, rest, plain.is_colored)
+                    .map_err(|what| fault(format!("{key}: {what}")))?;
                 counts[kind] += 1;
             }
             "f" => {
@@ -119,9 +123,10 @@ pub(super) fn split_key(line: &str) -> (&str, &str) {
     (key, rest.trim())
 }
 
-/// Writes a vertex (kind 0), texture coordinate (1) or normal (2). Further numbers (colours, depth) are dropped.
-fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String> {
-    let (mut numbers, mut words) = ([0.0f32; 4], [""; 4]);
+/// Writes a vertex (kind 0), texture coordinate (1) or normal (2). In a file with colours every vertex has one, for `tobj`: white if it has
+/// none. Further numbers are dropped.
+fn write_numbers(out: &mut String, kind: usize, rest: &str, is_colored: bool) -> Result<(), String> {
+    let (mut numbers, mut words) = ([0.0f32; 6], [""; 6]);
     let mut count = 0;
     for (number, word) in numbers.iter_mut().zip(rest.split_whitespace()) {
         words[count] = word;
@@ -132,19 +137,24 @@ fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String
     if count < least {
         return Err(format!("{count} numbers, {least} expected"));
     }
-    let ([x, y, z, w], [x_word, y_word, z_word, _]) = (numbers, words);
+    let ([x, y, z, w, ..], [x_word, y_word, z_word, ..]) = (numbers, words);
     // Four numbers are a homogeneous point; six are a point and its colour.
-    if kind == 0 && rest.split_whitespace().count() == 4 && w != 1.0 {
+    if kind == 0 && count == 4 && w != 1.0 {
         let [x, y, z] = [x / w, y / w, z / w];
         if !(x.is_finite() && y.is_finite() && z.is_finite()) {
             return Err(format!("a point at infinity, w = {w}"));
         }
-        let _ = writeln!(out, "{key} {x:e} {y:e} {z:e}");
+        let _ = write!(out, "{key} {x:e} {y:e} {z:e}");
     } else {
         // Numbers are copied as text: without an exponent, a short number may have fifty digits.
         let z_word = if kind == 1 { "" } else { z_word };
-        out.extend([key, " ", x_word, " ", if count < 2 { "0" } else { y_word }, " ", z_word, "\n"]);
+        out.extend([key, " ", x_word, " ", if count < 2 { "0" } else { y_word }, " ", z_word]);
     }
+    if kind == 0 && is_colored {
+        let [.., red, green, blue] = if count == 6 { words } else { ["1"; 6] };
+        out.extend([" ", red, " ", green, " ", blue]);
+    }
+    out.push('\n');
     Ok(())
 }
 

@@ -68,17 +68,25 @@ pub(super) struct Materials {
     /// Indices into `list` by the name in the library; `None` is the default material.
     indices: BTreeMap<Option<String>, usize>,
     textures: Textures,
+    /// Albedo of the default material.
+    default: f32,
 }
 
 impl Materials {
     /// Decodes the textures of all `used` materials.
     pub fn new<'a>(
         used: impl Iterator<Item = &'a tobj::Material>,
+        default: f32,
         files: &Files,
         notes: &mut Notes,
     ) -> Result<Self, TooMuch> {
         let names: BTreeSet<String> = used.flat_map(|m| Maps::of(m).all().map(|map| map.file)).collect();
-        Ok(Self { list: Vec::new(), indices: BTreeMap::new(), textures: Textures::decode(&names, files, notes)? })
+        Ok(Self {
+            list: Vec::new(),
+            indices: BTreeMap::new(),
+            textures: Textures::decode(&names, files, notes)?,
+            default,
+        })
     }
 
     /// The index of a material; `None` is the default one.
@@ -94,7 +102,9 @@ impl Materials {
         }
         let material = match source {
             Some(source) => convert(source, &mut self.textures, budget, notes)?,
-            None => Material { base_color: Vec3::splat(0.8).extend(1.0), metallic: 0.0, ..Material::default() },
+            None => {
+                Material { base_color: Vec3::splat(self.default).extend(1.0), metallic: 0.0, ..Material::default() }
+            }
         };
         self.list.push(material);
         self.indices.insert(key, self.list.len() - 1);

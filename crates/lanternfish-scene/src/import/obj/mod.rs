@@ -23,6 +23,7 @@ use super::files::{FileError, Files};
 use crate::{
     Instance, Mesh, Primitive, Scene, SceneError,
     generate::{Shape, Surface},
+    linear_from_srgb,
 };
 use materials::Materials;
 
@@ -120,13 +121,18 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
         None => mesh.material_id.and_then(|id| library.get(id)),
     };
     let used = models.iter().filter_map(|model| source(&model.mesh));
-    let mut materials = Materials::new(used, files, &mut notes).map_err(too_much)?;
+    // Colours of vertices are multiplied with it.
+    let default = if plain.is_colored { 1.0 } else { 0.8 };
+    let mut materials = Materials::new(used, default, files, &mut notes).map_err(too_much)?;
+    // Some programs write bytes.
+    let brightest = models.iter().flat_map(|model| &model.mesh.vertex_color).copied().fold(0.0, f32::max);
+    let color_range = if brightest > 1.0 { 255.0 } else { 1.0 };
     let mut scene =
         Scene { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Scene::default() };
     for model in models {
         let material = materials.index(source(&model.mesh), files.budget, &mut notes).map_err(too_much)?;
         let normal_mapped = materials.list[material].normal_texture.is_some();
-        let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
+        let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped }, color_range);
         // `tobj` splits an object with several materials into several models of the same name.
         let name = plain.name(&model.name);
         match scene.meshes.last_mut().filter(|mesh| mesh.name == name) {
@@ -158,7 +164,8 @@ fn note_unknown(names: &[&String], white: &str, notes: &mut Notes) {
 }
 
 /// Converts a mesh to a primitive: flips v and adds flat normals if there are none. Tangents are averaged over the triangles of each vertex.
-fn primitive(mesh: &tobj::Mesh, surface: Surface) -> Primitive {
+/// Colours are sRGB-encoded, from 0 to `color_range`.
+fn primitive(mesh: &tobj::Mesh, surface: Surface, color_range: f32) -> Primitive {
     let vectors = |list: &[f32]| list.as_chunks::<3>().0.iter().copied().map(Vec3::from).collect::<Vec<_>>();
     let mut shape = Shape {
         positions: vectors(&mesh.positions),
@@ -167,14 +174,19 @@ fn primitive(mesh: &tobj::Mesh, surface: Surface) -> Primitive {
         uv: mesh.texcoords.as_chunks::<2>().0.iter().map(|[u, v]| Vec2::new(*u, 1.0 - v)).collect(),
         indices: mesh.indices.clone(),
     };
+    let linear = |value: f32| linear_from_srgb((value / color_range * 255.0).round() as u8);
+    let mut colors: Vec<_> = vectors(&mesh.vertex_color).iter().map(|color| color.map(linear).extend(1.0)).collect();
     let has_uv = !shape.uv.is_empty();
     shape.uv.resize(shape.positions.len(), Vec2::ZERO);
     if shape.normals.is_empty() {
+        if !colors.is_empty() {
+            colors = shape.indices.iter().map(|i| colors[*i as usize]).collect();
+        }
         make_flat(&mut shape);
     } else {
         repair(&mut shape);
     }
-    let mut primitive = surface.primitive(shape);
+    let mut primitive = Primitive { colors, ..surface.primitive(shape) };
     if !has_uv {
         primitive.uv0.clear();
     }

@@ -76,6 +76,24 @@ fn missing_normals_are_flat_and_zero_ones_repaired() {
 }
 
 #[test]
+fn colors_of_vertices_are_read() {
+    let [red, half] = [[1.0, 0.0, 0.0, 1.0], [0.21586; 4]].map(Vec4::from);
+    let half = half.with_w(1.0);
+    // A point without a colour is white; normals are flat, so each corner is a vertex; bytes are divided by 255.
+    for (points, expected) in [
+        ("v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 0.502 0.502 0.502\nvn 0 0 1\nf 1//1 2//1 3//1\n", [red, Vec4::ONE, half]),
+        ("v 0 0 0 1 0 0\nv 1 0 0 1\nv 2 2 0 2\nf 3 2 1\n", [Vec4::ONE, Vec4::ONE, red]),
+        ("v 0 0 0 255 0 0\nv 1 0 0 255 255 255\nv 1 1 0 128 128 128\nf 1 2 3\n", [red, Vec4::ONE, half]),
+    ] {
+        let scene = obj(points);
+        assert!(only(&scene).colors.iter().zip(expected).all(|(a, b)| a.abs_diff_eq(b, 1e-4)), "{:?}", only(&scene));
+        assert_eq!((only(&scene).colors.len(), scene.materials[0].base_color), (3, Vec4::ONE));
+    }
+    assert_eq!(fault("v 0 0 0 1 0 x\n"), "line 1: v: \"x\" is no number");
+    assert!(only(&obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")).colors.is_empty());
+}
+
+#[test]
 fn objects_groups_and_materials_are_split() {
     let mtl = b"newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n";
     let text = format!(
