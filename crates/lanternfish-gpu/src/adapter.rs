@@ -1,6 +1,6 @@
 //! Choice of an adapter, and opening of its device.
 
-use crate::GpuError;
+use crate::{GpuError, platform::wait};
 
 /// Which adapter to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -90,7 +90,7 @@ fn enumerate() -> Vec<wgpu::Adapter> {
 
 /// The adapters of an instance, the most capable first.
 fn sorted(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let mut adapters = wait(instance.enumerate_adapters(wgpu::Backends::PRIMARY)).unwrap_or_default();
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -187,8 +187,14 @@ impl Gpu {
 
     /// Opens `adapter` with exactly these features.
     pub fn open_adapter(adapter: &wgpu::Adapter, features: wgpu::Features) -> Result<Self, GpuError> {
+        wait(Self::request(adapter, features)).unwrap_or(Err(GpuError::Waits { what: "a device" }))
+    }
+
+    /// Like [`Self::open_adapter`], for a browser, which cannot wait.
+    #[doc(hidden)]
+    pub async fn request(adapter: &wgpu::Adapter, features: wgpu::Features) -> Result<Self, GpuError> {
         let description = AdapterDescription::new(adapter);
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        let descriptor = wgpu::DeviceDescriptor {
             label: Some("lanternfish"),
             required_features: features,
             required_limits: limits(&adapter.limits(), features),
@@ -196,8 +202,9 @@ impl Gpu {
             experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
             memory_hints: wgpu::MemoryHints::Performance,
             trace: wgpu::Trace::Off,
-        }))
-        .map_err(|source| GpuError::Device { adapter: description.name.clone(), source })?;
+        };
+        let refused = |source| GpuError::Device { adapter: description.name.clone(), source };
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(refused)?;
         Ok(Self { device, queue, description })
     }
 }

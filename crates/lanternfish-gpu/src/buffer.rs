@@ -1,8 +1,17 @@
 //! Creation and readback of buffers and textures.
 
+use std::{
+    future::poll_fn,
+    sync::{Arc, Mutex, PoisonError},
+    task::{Poll, Waker},
+};
+
 use wgpu::util::DeviceExt;
 
-use crate::{GpuError, made};
+use crate::{
+    GpuError, made,
+    platform::{CAN_WAIT, ErrorScope},
+};
 
 /// Usages of every storage buffer: shaders, uploads, clears, copies.
 pub(crate) const STORAGE: wgpu::BufferUsages =
@@ -144,17 +153,59 @@ pub fn read_texture<T: bytemuck::Pod>(
     Ok(texels)
 }
 
-/// Runs `work` and turns validation and out-of-memory errors of the device into a `Result` instead of a panic.
+/// Like [`read_texture`], without waiting: the texels come once the device has them, and the program runs meanwhile, in a browser or
+/// where something else polls the device.
+pub async fn texels<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Vec<T>, GpuError> {
+    let row = texture.width() * size_of::<T>() as u32;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    made::count(|made| made.buffers += 1);
+    let staging = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("texels"),
+        size: u64::from(padded) * u64::from(texture.height()),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
+    let to = wgpu::TexelCopyBufferInfo { buffer: &staging, layout };
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+    queue.submit([encoder.finish()]);
+    // What the device said, and whom to wake then.
+    let told = Arc::new(Mutex::new((None, None::<Waker>)));
+    let teller = told.clone();
+    staging.map_async(wgpu::MapMode::Read, .., move |result| {
+        let mut told = teller.lock().unwrap_or_else(PoisonError::into_inner);
+        told.0 = Some(result);
+        told.1.take().into_iter().for_each(Waker::wake);
+    });
+    let mapped = poll_fn(|context| {
+        let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.1 = Some(context.waker().clone());
+        told.0.take().map_or(Poll::Pending, Poll::Ready)
+    });
+    let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "texels".into(), source };
+    mapped.await.map_err(|error| fail(error.into()))?;
+    let data = staging.get_mapped_range(..).map_err(|error| fail(error.into()))?;
+    let rows = data.chunks_exact(padded as usize);
+    Ok(rows.flat_map(|padded| bytemuck::pod_collect_to_vec::<u8, T>(&padded[..row as usize])).collect())
+}
+
+/// Runs `work` and turns validation and out-of-memory errors of the device into a `Result` instead of a panic. In a browser, which
+/// cannot wait for them, they go to the handler of uncaptured errors.
 pub fn checked<R, E: From<GpuError>>(
     device: &wgpu::Device,
     what: &str,
     work: impl FnOnce() -> Result<R, E>,
 ) -> Result<R, E> {
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let validation = ErrorScope::new(device, wgpu::ErrorFilter::Validation);
+    let memory = ErrorScope::new(device, wgpu::ErrorFilter::OutOfMemory);
     let result = work();
-    let memory = pollster::block_on(memory.pop());
-    let validation = pollster::block_on(validation.pop());
+    let memory = memory.end();
+    let validation = validation.end();
     match memory.or(validation) {
         Some(source) => Err(GpuError::Refused { what: what.to_owned(), source: Box::new(source) }.into()),
         None => result,
@@ -167,25 +218,29 @@ pub fn checked<R, E: From<GpuError>>(
 /// device and checks whose error scope receives it. A lost device reports no errors and counts as the same; the next call on it reports
 /// the loss.
 pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
-    if a != b {
-        return false;
+    if a != b || !CAN_WAIT {
+        return a == b;
     }
-    let of_a = a.push_error_scope(wgpu::ErrorFilter::Validation);
-    let of_b = b.push_error_scope(wgpu::ErrorFilter::Validation);
+    let of_a = ErrorScope::new(a, wgpu::ErrorFilter::Validation);
+    let of_b = ErrorScope::new(b, wgpu::ErrorFilter::Validation);
     let usage = wgpu::BufferUsages::empty();
     let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
     let _ = a.create_buffer(&refused);
-    pollster::block_on(of_b.pop());
-    pollster::block_on(of_a.pop()).is_none()
+    of_b.end();
+    of_a.end().is_none()
 }
 
 /// True if a device is lost. A lost device silently ignores commands, so this function provokes an error and checks that none is reported.
+/// A browser tells it later, in the report of a frame; this function is false there.
 pub fn is_lost(device: &wgpu::Device) -> bool {
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    if !CAN_WAIT {
+        return false;
+    }
+    let scope = ErrorScope::new(device, wgpu::ErrorFilter::Validation);
     let usage = wgpu::BufferUsages::empty();
     let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
     let _ = device.create_buffer(&refused);
-    pollster::block_on(scope.pop()).is_none()
+    scope.end().is_none()
 }
 
 /// Waits for the device, maps a buffer, and passes its content to `read`.
@@ -195,6 +250,9 @@ pub(crate) fn with_mapped<R>(
     read: impl FnOnce(&[u8]) -> R,
 ) -> Result<R, GpuError> {
     let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "buffer".into(), source };
+    if !CAN_WAIT {
+        return Err(GpuError::Waits { what: "a buffer" });
+    }
     let (sender, receiver) = std::sync::mpsc::channel();
     staging.map_async(wgpu::MapMode::Read, .., move |result| {
         // The receiver is dropped only if polling failed, which is reported below.

@@ -133,6 +133,13 @@ impl Engine {
         Self { device: device.clone(), queue: queue.clone(), compiled: Arc::default(), subpixel_bits: Arc::default() }
     }
 
+    /// Like [`Self::new`], for a browser: measures there what would wait for the device.
+    #[doc(hidden)]
+    pub async fn measured(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, GpuError> {
+        let bits = vertex_grid::measured_subpixel_bits(device, queue).await?;
+        Ok(Self { subpixel_bits: Arc::new(bits.into()), ..Self::new(device, queue) })
+    }
+
     /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go through the cache.
     #[doc(hidden)]
     pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {

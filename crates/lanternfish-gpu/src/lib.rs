@@ -31,6 +31,7 @@ mod error;
 mod frame;
 mod gpu_struct;
 mod made;
+mod platform;
 mod pool;
 mod raster;
 mod reflect;
@@ -51,7 +52,7 @@ pub use shader::{Feature, LinkedShader, ShaderSource};
 
 #[doc(hidden)]
 pub use {
-    buffer::{checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, texture_of},
+    buffer::{checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, texels, texture_of},
     capacity_policy::{Arrived, Counted, Growth, ListCapacity, Outcome},
     driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa},
     edited::{ShaderTexts, read_shader_texts, shader_files},

@@ -19,7 +19,7 @@ use wgsl_parse::SyntaxNode;
 use crate::{
     GpuError,
     edited::{self, ShaderTexts},
-    engine,
+    engine, platform,
 };
 
 /// A choice at link time: enables an `@if`, and may also select the module that `package::chosen::…` stands for. Declare features as
@@ -278,10 +278,7 @@ impl LinkedShader {
 
     /// Creates the wgpu shader module.
     pub(crate) fn create_module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        let descriptor = wgpu::ShaderModuleDescriptor {
-            label: Some(&self.label),
-            source: wgpu::ShaderSource::Naga(Cow::Owned(self.module.clone())),
-        };
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&self.label), source: platform::source(self) };
         // Safety: all checks, unless the caller of `Engine::set_runtime_checks` vouches for the shaders.
         unsafe { device.create_shader_module_trusted(descriptor, engine::runtime_checks()) }
     }

@@ -1,6 +1,6 @@
 //! The grid in the image to which a rasterizer snaps vertices.
 
-use crate::{GpuError, RasterPipeline, RasterState, ShaderLibrary, primitives::SHADERS, read_texture};
+use crate::{GpuError, RasterPipeline, RasterState, ShaderLibrary, primitives::SHADERS, read_texture, texels};
 
 /// Least number of subpixel bits that Vulkan allows; Direct3D demands 8.
 const LEAST_SUBPIXEL_BITS: u32 = 4;
@@ -12,7 +12,17 @@ const PIXELS: u32 = 16;
 /// Vulkan states it. On other APIs it is measured ([`drawn_subpixel_bits`]); where that fails it is the least allowed, 4.
 pub(crate) fn subpixel_bits(device: &wgpu::Device, queue: &wgpu::Queue) -> u32 {
     let drawn = || drawn_subpixel_bits(device, queue).ok().flatten();
-    stated(device).or_else(drawn).unwrap_or(LEAST_SUBPIXEL_BITS).max(LEAST_SUBPIXEL_BITS)
+    at_least(stated(device).or_else(drawn))
+}
+
+/// Like [`subpixel_bits`], measured, for a browser, which cannot wait.
+pub(crate) async fn measured_subpixel_bits(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<u32, GpuError> {
+    let row = texels::<u8>(device, queue, &draw(device, queue, &SHADERS)?).await?;
+    Ok(at_least(covered(&row)))
+}
+
+fn at_least(bits: Option<u32>) -> u32 {
+    bits.unwrap_or(LEAST_SUBPIXEL_BITS).max(LEAST_SUBPIXEL_BITS)
 }
 
 /// `VkPhysicalDeviceLimits::subPixelPrecisionBits`; none on other APIs.
@@ -42,6 +52,16 @@ pub fn drawn_subpixel_bits(device: &wgpu::Device, queue: &wgpu::Queue) -> Result
 }
 
 fn drawn(device: &wgpu::Device, queue: &wgpu::Queue, library: &ShaderLibrary) -> Result<Option<u32>, GpuError> {
+    Ok(covered(&read_texture::<u8>(device, queue, &draw(device, queue, library)?)?))
+}
+
+/// The first covered pixel.
+fn covered(row: &[u8]) -> Option<u32> {
+    row.iter().position(|covered| *covered != 0).map(|bits| bits as u32)
+}
+
+/// Draws the row of pixels.
+fn draw(device: &wgpu::Device, queue: &wgpu::Queue, library: &ShaderLibrary) -> Result<wgpu::Texture, GpuError> {
     let shader = library.link("vertex_grid", &[])?;
     let format = wgpu::TextureFormat::R8Unorm;
     let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
@@ -71,8 +91,7 @@ fn drawn(device: &wgpu::Device, queue: &wgpu::Queue, library: &ShaderLibrary) ->
     pass.draw(0..3 * PIXELS, 0..1);
     drop(pass);
     queue.submit([encoder.finish()]);
-    let row = read_texture::<u8>(device, queue, &texture)?;
-    Ok(row.iter().position(|covered| *covered != 0).map(|bits| bits as u32))
+    Ok(texture)
 }
 
 #[cfg(all(test, feature = "testing"))]
@@ -86,6 +105,12 @@ mod tests {
         let found = drawn_by(&SHADERS).expect("the last pixel is covered");
         let stated = stated(&gpu.device);
         println!("{found} bits by a draw, {stated:?} by the adapter's limit");
+        // The same without waiting: pending at first, and there when the device has drawn.
+        let mut measured = std::pin::pin!(measured_subpixel_bits(&gpu.device, &gpu.queue));
+        let context = &mut std::task::Context::from_waker(std::task::Waker::noop());
+        assert!(measured.as_mut().poll(context).is_pending());
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        assert_eq!(pollster::block_on(measured).unwrap(), found.max(LEAST_SUBPIXEL_BITS));
         assert!(stated.is_none_or(|stated| found >= stated), "{found}, {stated:?}");
         assert_eq!(subpixel_bits(&gpu.device, &gpu.queue), stated.unwrap_or(found).max(LEAST_SUBPIXEL_BITS));
         // Coarser grids are found, whether vertices are rounded or cut off; an image without a covered pixel says nothing.

@@ -107,6 +107,7 @@ mod aovs;
 mod context;
 mod error;
 mod frame;
+mod platform;
 mod renderer;
 mod request;
 mod resolution_scaling;

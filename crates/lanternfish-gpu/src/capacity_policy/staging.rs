@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use crate::made;
+use crate::{made, platform::ErrorScope};
 
 const PENDING: u8 = 0;
 const ARRIVED: u8 = 1;
@@ -98,9 +98,9 @@ impl Staging {
         }
         let words = buffer.get_mapped_range(..).ok().map(|data| bytemuck::pod_collect_to_vec(&data));
         // If the device was lost in between, this is an error, which is ignored: the loss shows elsewhere.
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let scope = ErrorScope::new(&self.device, wgpu::ErrorFilter::Validation);
         buffer.unmap();
-        if pollster::block_on(scope.pop()).is_none() {
+        if scope.end().is_none() {
             self.free.push(buffer);
         }
         Some(Received { frame, lists, words })

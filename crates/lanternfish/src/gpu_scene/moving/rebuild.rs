@@ -31,6 +31,7 @@ use super::{
 use crate::{
     common::{WORKGROUP, workgroups},
     error::RenderError,
+    platform::in_background,
 };
 
 /// A tree whose cost exceeds its cost when built by this factor is rebuilt. For Sponza's parts, a thousand of them moved by a hundredth of
@@ -177,7 +178,7 @@ impl Rebuild {
                 let slot = Arc::new(OnceLock::new());
                 self.stage = Stage::Building(slot.clone());
                 let count = watched.triangle_count as usize;
-                rayon::spawn(move || {
+                in_background(move || {
                     // Without triangles the rebuild ends without a tree.
                     let Some(triangles) = expected.take::<BvhTriangle>() else { return };
                     // A panic here would end the program.
