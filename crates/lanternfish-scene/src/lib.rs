@@ -46,7 +46,7 @@ pub use environment::Environment;
 pub use error::SceneError;
 pub use fault::SceneFault;
 pub use framing::Viewpoint;
-pub use import::{LoadOptions, UpAxis, load, load_with};
+pub use import::{LoadOptions, UpAxis, load, load_files, load_with};
 #[doc(hidden)]
 pub use lanternfish_limits::read_text;
 #[doc(hidden)]

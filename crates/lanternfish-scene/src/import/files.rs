@@ -37,17 +37,30 @@ impl FileError {
 pub(crate) struct Files<'a> {
     pub budget: &'a Budget,
     folder: PathBuf,
+    /// The only files that exist, if they are in memory.
+    held: Option<&'a Held>,
     /// Folder (links resolved) that must contain every file; `None`: files may be anywhere.
     confined_to: Option<PathBuf>,
 }
 
+/// Files in memory, by their paths.
+pub(crate) type Held = [(PathBuf, Vec<u8>)];
+
 impl<'a> Files<'a> {
-    /// The files of the scene at `path`. An error if `options` confine them to its folder and that cannot be resolved.
-    pub fn beside(path: &Path, options: &LoadOptions, budget: &'a Budget) -> Result<Self, SceneError> {
+    /// The files of the scene at `path`: those that are held, or on disk. An error if `options` confine them to its folder and that cannot be resolved.
+    pub fn beside(
+        path: &Path,
+        options: &LoadOptions,
+        held: Option<&'a Held>,
+        budget: &'a Budget,
+    ) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let real = || if folder.as_os_str().is_empty() { Path::new(".") } else { &folder }.canonicalize();
-        let confined_to = options.confine.then(real).transpose().map_err(|error| FileError::Io(error).at(path))?;
-        Ok(Self { budget, folder, confined_to })
+        let confined_to = (options.confine && held.is_none())
+            .then(real)
+            .transpose()
+            .map_err(|error| FileError::Io(error).at(path))?;
+        Ok(Self { budget, folder, held, confined_to })
     }
 
     /// The content of the scene file itself.
@@ -58,6 +71,12 @@ impl<'a> Files<'a> {
     /// Path of a file that the scene names.
     pub fn path(&self, name: &Path) -> PathBuf {
         self.folder.join(name)
+    }
+
+    /// True if there is a file that the scene might name.
+    pub fn has(&self, name: &Path) -> bool {
+        let path = self.path(name);
+        self.held.map_or_else(|| path.is_file(), |held| find(held, &path).is_some())
     }
 
     /// The content of a file that the scene names. Absolute paths are refused.
@@ -83,6 +102,12 @@ impl<'a> Files<'a> {
 
     /// The content of a regular file. Devices, pipes and folders are refused: they may be endless or block forever.
     fn open(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let name = || format!("{} needs", path.file_name().unwrap_or(path.as_os_str()).display());
+        if let Some(held) = self.held {
+            let bytes = find(held, path).ok_or(io::Error::from(io::ErrorKind::NotFound))?;
+            self.budget.read(bytes.len() as u64, name)?;
+            return Ok(bytes.to_vec());
+        }
         let file = match &self.confined_to {
             None => open_regular(path)?,
             Some(folder) => {
@@ -100,12 +125,18 @@ impl<'a> Files<'a> {
             }
         };
         let length = file.metadata()?.len();
-        let name = || format!("{} needs", path.file_name().unwrap_or(path.as_os_str()).display());
         self.budget.read(length, name)?;
         let mut bytes = Vec::with_capacity(length as usize);
         file.take(length).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
+}
+
+/// The held file of this path, else the first of this name: files that are dropped on a page have lost their folders.
+fn find<'a>(held: &'a Held, path: &Path) -> Option<&'a [u8]> {
+    let of_path = held.iter().find(|(own, _)| own == path);
+    let found = of_path.or_else(|| held.iter().find(|(own, _)| own.file_name() == path.file_name()));
+    found.map(|(_, bytes)| &bytes[..])
 }
 
 /// The error for a path that cannot be resolved. It is [`FileError::Outside`] if the longest existing part of the path leads
@@ -118,7 +149,7 @@ fn unresolved(path: &Path, folder: &Path, error: io::Error) -> FileError {
 
 /// The content of a file that the user names, within `budget`.
 pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, SceneError> {
-    Files { budget, folder: PathBuf::new(), confined_to: None }.scene(path)
+    Files { budget, folder: PathBuf::new(), held: None, confined_to: None }.scene(path)
 }
 
 fn open_regular(path: &Path) -> io::Result<File> {

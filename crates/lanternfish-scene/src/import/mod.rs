@@ -9,8 +9,9 @@ mod pixels;
 mod tests;
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use files::Held;
 pub(crate) use files::read as read_file;
 pub use options::{LoadOptions, UpAxis};
 
@@ -71,12 +72,26 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
         has_no_parts(path, options)?;
         return crate::generate::demo(name);
     }
+    read(path, options, None)
+}
+
+/// Reads a scene from memory: the file of `files` whose path is `path`. What it names is found among the others, by path or else by file
+/// name. Otherwise the same as [`load`]; [`LoadOptions::confine`] has no effect, for nothing else is read.
+pub fn load_files(
+    path: impl AsRef<Path>,
+    files: &[(PathBuf, Vec<u8>)],
+    options: &LoadOptions,
+) -> Result<Scene, SceneError> {
+    read(path.as_ref(), options, Some(files))
+}
+
+fn read(path: &Path, options: &LoadOptions, held: Option<&Held>) -> Result<Scene, SceneError> {
     let is = |ending: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
     let scene = if is("gltf") || is("glb") {
-        gltf::load(path, options)?
+        gltf::load(path, options, held)?
     } else if is("obj") {
         has_no_parts(path, options)?;
-        obj::load(path, options)?
+        obj::load(path, options, held)?
     } else {
         return Err(SceneError::UnknownFormat { path: path.to_owned() });
     };

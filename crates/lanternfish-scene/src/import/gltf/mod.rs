@@ -69,16 +69,16 @@ use serde::Deserialize;
 use textures::Textures;
 
 use super::LoadOptions;
-use super::files::Files;
+use super::files::{Files, Held};
 use crate::{Instance, Light, Material, Mesh, Scene, SceneError, motion::place_light};
 
 /// Memory that drawing one primitive of an instance takes, bytes. The import does not allocate it; it limits the number of placed primitives.
 const BYTES_PER_PLACED: u64 = 256;
 
 /// Reads the file at `path`; see [`crate::import::load_with`] for the supported parts.
-pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, SceneError> {
+pub(super) fn load(path: &Path, options: &LoadOptions, held: Option<&Held>) -> std::result::Result<Scene, SceneError> {
     let budget = options.budget();
-    let files = Files::beside(path, options, &budget)?;
+    let files = Files::beside(path, options, held, &budget)?;
     let file = files.scene(path)?;
     let mut scene = read(&file, path, options, &files).map_err(|fault| fault.at(path))?;
     scene.motion.world_from_roots = options.up.world_from_file();

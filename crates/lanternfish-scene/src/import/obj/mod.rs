@@ -19,7 +19,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use lanternfish_limits::caught;
 
 use super::LoadOptions;
-use super::files::{FileError, Files};
+use super::files::{FileError, Files, Held};
 use crate::{
     Instance, Mesh, Primitive, Scene, SceneError,
     generate::{Shape, Surface},
@@ -34,9 +34,9 @@ pub(super) type Notes = BTreeSet<String>;
 const MOST_NAMES: usize = 8;
 
 /// Reads the file at `path`; see [`crate::import::load`] for the supported parts.
-pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+pub(super) fn load(path: &Path, options: &LoadOptions, held: Option<&Held>) -> Result<Scene, SceneError> {
     let budget = options.budget();
-    let files = Files::beside(path, options, &budget)?;
+    let files = Files::beside(path, options, held, &budget)?;
     let mut scene = read(&files.scene(path)?, path, &files)?;
     scene.instances.iter_mut().for_each(|instance| instance.world_from_object = options.up.world_from_file());
     Ok(scene)
@@ -54,7 +54,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     take_text(clean::MOST_GROWTH * text.len() as u64)?;
     let mut plain = clean::clean(&text, &mut notes).map_err(invalid)?;
     let own = path.with_extension("mtl").file_name().unwrap_or_default().to_string_lossy().into_owned();
-    if !plain.materials.is_empty() && !plain.text.contains("mtllib ") && files.path(Path::new(&own)).is_file() {
+    if !plain.materials.is_empty() && !plain.text.contains("mtllib ") && files.has(Path::new(&own)) {
         plain.text.insert_str(0, &format!("mtllib {own}\n"));
         notes.insert(format!("it names no MTL file; {own} is read"));
     }

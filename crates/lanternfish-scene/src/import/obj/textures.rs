@@ -22,7 +22,7 @@ const OWN: [&str; 7] = ["", "_diffuse", "_albedo", "_basecolor", "_color", "_col
 pub(super) fn own_image(path: &Path, files: &Files) -> Option<String> {
     let stem = path.file_stem()?.to_string_lossy();
     let names = OWN.iter().flat_map(|end| ["png", "jpg", "jpeg"].map(|format| format!("{stem}{end}.{format}")));
-    names.into_iter().find(|name| files.path(Path::new(name)).is_file())
+    names.into_iter().find(|name| files.has(Path::new(name)))
 }
 
 /// A texture map of a material, with its options.

@@ -174,7 +174,7 @@ pub fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
 pub fn load_within(bytes: &[u8], memory: u64) -> Result<Scene, SceneError> {
     let path = Path::new("folder/test.glb");
     let budget = Budget::of(memory);
-    let files = Files::beside(path, &LoadOptions::default(), &budget)?;
+    let files = Files::beside(path, &LoadOptions::default(), None, &budget)?;
     super::read(bytes, path, &LoadOptions::default(), &files).map_err(|fault| fault.at(path))
 }
 
