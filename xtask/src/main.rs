@@ -24,6 +24,7 @@ mod quality;
 mod same;
 mod shader_stats;
 mod test;
+mod web;
 #[cfg(test)]
 mod words;
 
@@ -40,6 +41,7 @@ cargo xtask test [FILTER] [--quick | --full]
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
 cargo xtask python [WORDS] builds the Python package's extension module, and runs its tests with pytest, which gets the words
+cargo xtask web [--serve]  builds the page of the renderer in a browser in dist/, and shows it on http://localhost:8080
 cargo xtask hardware [papers]
                            builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
                            `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more;
@@ -56,7 +58,8 @@ cargo xtask shader-stats [TEXT | --write | --page MESA]
                            a version of Mesa; with TEXT, prints the variants whose names contain it
 cargo xtask interface [--write]
                            fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
-cargo xtask check          lines by folder, format, lints, documentation, the public interface, and the hot passes of shader-stats
+cargo xtask check          lines by folder, format, lints, also for a browser, documentation, the public interface, and the hot passes
+                           of shader-stats
 cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
                            release (cargo-semver-checks): installs neither
 cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/archive; needs cargo-zigbuild and zig
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         "dist" => dist::run_dist(),
         "hardware" => hardware::run(&words),
         "python" => python::run(&words),
+        "web" => web::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

@@ -20,6 +20,7 @@ use std::{
 use crate::{
     command::{cargo, run as step, run_for_output, succeeds},
     driver::{Driver, Purpose},
+    web,
 };
 
 use selection::Selection;
@@ -56,9 +57,10 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         })?;
     }
 
+    let page = if selection.includes(web::TEST) { web::for_test()? } else { Vec::new() };
     let list = List::new();
     let prepare = |mut command: Command| {
-        command.env("LANTERNFISH_LEFT_OUT", &list.0);
+        command.env("LANTERNFISH_LEFT_OUT", &list.0).envs(page.iter().map(|(name, value)| (name, value)));
         keep_shaders(&mut command);
         if selection.is_quick {
             command.env("LANTERNFISH_TEST_ADAPTER", NO_ADAPTER);

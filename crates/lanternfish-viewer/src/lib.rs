@@ -65,6 +65,8 @@ use lanternfish::{Settings, settings::Exposure};
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
 
+#[doc(hidden)]
+pub use controls::Controls;
 pub use controls::Way;
 pub use error::ViewerError;
 pub use record::{Move, RecordKeeper, Recording};

@@ -58,6 +58,11 @@ impl Selection {
         !self.is_quick && self.filter.is_none()
     }
 
+    /// True if the test of this name runs.
+    pub fn includes(&self, name: &str) -> bool {
+        !(self.is_quick && needs_adapter(name)) && self.filter.as_ref().is_none_or(|filter| name.contains(filter))
+    }
+
     /// Nextest's profile, and the name of the folder of its results.
     pub fn profile(&self) -> &'static str {
         if self.is_quick { "quick" } else { "default" }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use crate::{LoadOptions, SceneError, UpAxis, load, load_with};
+use crate::{LoadOptions, SceneError, UpAxis, load, load_files, load_with};
 
 const CONFINED: LoadOptions =
     LoadOptions { scene: None, variant: None, up: UpAxis::Y, confine: true, memory_limit: None };
@@ -240,4 +240,28 @@ fn files_with_z_up_stand() {
         let scene = read("eye.gltf");
         assert_eq!((scene.cameras[0].eye(), scene.motion.world_from_roots), (expected, up.world_from_file()));
     }
+}
+
+/// Files in memory are found by path, else by name; nothing else is read, and the budget counts them.
+#[test]
+fn a_scene_is_read_from_memory() {
+    let place = Place::new();
+    let json = fs::read(place.scene("inner/deep.bin")).unwrap();
+    let load = |files: &[(&str, &[u8])], memory_limit| {
+        let files: Vec<(PathBuf, Vec<u8>)> = files.iter().map(|(name, bytes)| (name.into(), bytes.to_vec())).collect();
+        load_files(&files[0].0, &files, &LoadOptions { memory_limit, ..CONFINED })
+    };
+    let positions = |scene: &crate::Scene| scene.meshes[0].primitives[0].positions.clone();
+    let (zeros, ones) = ([0; 36], [1; 36]);
+    let on_disk = load_with(place.path("scene/scene.gltf"), &CONFINED).unwrap();
+    for names in [["a/s.gltf", "a/inner/deep.bin"], ["s.gltf", "deep.bin"]] {
+        let scene = load(&[(names[0], &json), (names[1], &zeros)], None).unwrap();
+        assert_eq!(positions(&scene), positions(&on_disk));
+    }
+    let of_path = load(&[("s.gltf", &json), ("deep.bin", &ones), ("inner/deep.bin", &zeros)], None).unwrap();
+    assert_eq!(positions(&of_path), positions(&on_disk));
+    assert!(matches!(load(&[("s.gltf", &json)], None), Err(SceneError::Io { .. } | SceneError::Invalid { .. })));
+    let path = place.path("scene/scene.gltf");
+    assert!(load(&[(path.to_str().unwrap(), &json)], None).is_err(), "a file beside it was read");
+    assert!(matches!(load(&[("s.gltf", &json), ("deep.bin", &zeros)], Some(100)), Err(SceneError::TooMuch { .. })));
 }

@@ -1,0 +1,172 @@
+//! `cargo xtask web`: builds the page in `dist/`, which any server of static files can show.
+
+use std::{
+    fs,
+    io::{BufRead as _, BufReader, Write as _},
+    net::{TcpListener, TcpStream},
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::command::{cargo, find_program, run as step, succeeds, workspace};
+
+const TARGET: &str = "wasm32-unknown-unknown";
+const FOLDER: &str = "dist";
+
+/// The first version of binaryen that is known to keep a module with two tables intact. Debian 12's, 108, does not.
+const FIRST_BINARYEN: u32 = 120;
+
+/// Library crates that a browser can run.
+const CRATES: [&str; 7] = [
+    "lanternfish",
+    "lanternfish-gpu",
+    "lanternfish-limits",
+    "lanternfish-metrics",
+    "lanternfish-papers",
+    "lanternfish-scene",
+    "lanternfish-web",
+];
+
+/// Builds the page, and with `--serve` shows it on the loopback device.
+pub fn run(words: &[String]) -> Result<(), String> {
+    let is_served = match words {
+        [] => false,
+        [word] if word == "--serve" => true,
+        _ => return Err(format!("web takes --serve, not {words:?}")),
+    };
+    if !has_target() {
+        return Err(format!("no target {TARGET}: `rustup target add {TARGET}` adds it"));
+    }
+    let folder = workspace().join(FOLDER);
+    build(&folder)?;
+    if is_served { serve(&folder) } else { Ok(()) }
+}
+
+/// The test that renders in a browser.
+pub const TEST: &str = "gpu_a_browser_shows_what_a_program_shows";
+
+/// The package that drives a browser.
+const PLAYWRIGHT: &str = "playwright-core@1.65.1";
+
+/// Builds the page and fetches what the test needs. Returns its environment, empty if this machine cannot run it; the test says so.
+pub fn for_test() -> Result<Vec<(&'static str, PathBuf)>, String> {
+    let chromium = ["chromium", "chromium-browser", "google-chrome"].iter().find_map(|name| find_program(name));
+    let Some(chromium) = chromium.filter(|_| find_program("node").is_some() && has_target()) else {
+        return Ok(Vec::new());
+    };
+    let modules = workspace().join("target/playwright");
+    let has_playwright = modules.join("node_modules/playwright-core").is_dir();
+    if !has_playwright && step(Command::new("npm").args(["install", PLAYWRIGHT, "--prefix"]).arg(&modules)).is_err() {
+        return Ok(Vec::new());
+    }
+    let page = workspace().join(FOLDER);
+    build(&page)?;
+    Ok(vec![("LANTERNFISH_PAGE", page), ("LANTERNFISH_CHROMIUM", chromium), ("LANTERNFISH_PLAYWRIGHT", modules)])
+}
+
+/// Compiles the product's library crates for a browser. Prints a line if this machine cannot.
+pub fn check() -> Result<(), String> {
+    if !has_target() {
+        eprintln!("LEFT OUT (tool): web: no target {TARGET}, and no rustup that adds it");
+        return Ok(());
+    }
+    let packages = CRATES.iter().flat_map(|name| ["--package", name]);
+    step(cargo(["clippy", "--target", TARGET]).args(packages).args(["--", "-D", "warnings"]))
+}
+
+/// True if the compiler has the target, or gets it from rustup.
+fn has_target() -> bool {
+    let is_there = || {
+        let sysroot = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+        sysroot.is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir())
+    };
+    is_there() || (succeeds(Command::new("rustup").args(["target", "add", TARGET])) && is_there())
+}
+
+fn build(folder: &Path) -> Result<(), String> {
+    if !cfg!(feature = "web") {
+        // This program again, with what writes the JavaScript beside the module.
+        return step(&mut cargo(["run", "--quiet", "--package", "xtask", "--features", "web", "--", "web"]));
+    }
+    step(&mut cargo(["build", "--profile", "web", "--package", "lanternfish-web", "--target", TARGET]))?;
+    let io = |error: std::io::Error| format!("{}: {error}", folder.display());
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(io)?;
+    }
+    fs::create_dir_all(folder).map_err(io)?;
+    bind(&workspace().join("target").join(TARGET).join("web/lanternfish_web.wasm"), folder)?;
+    let module = folder.join("lanternfish_bg.wasm");
+    if binaryen().is_some_and(|version| version >= FIRST_BINARYEN) {
+        step(Command::new("wasm-opt").arg("-O2").arg(&module).arg("-o").arg(&module))?;
+    } else {
+        eprintln!("wasm-opt {FIRST_BINARYEN} or later would make it smaller");
+    }
+    for file in fs::read_dir(workspace().join("crates/lanternfish-web/page")).map_err(io)? {
+        let file = file.map_err(io)?;
+        fs::copy(file.path(), folder.join(file.file_name())).map_err(io)?;
+    }
+    eprintln!("the page is in {}", folder.display());
+    Ok(())
+}
+
+/// The version of `wasm-opt`.
+fn binaryen() -> Option<u32> {
+    let output = Command::new("wasm-opt").arg("--version").output().ok()?;
+    String::from_utf8_lossy(&output.stdout).split_whitespace().find_map(|word| word.parse().ok())
+}
+
+/// Writes the module and its JavaScript.
+#[cfg(feature = "web")]
+fn bind(module: &Path, folder: &Path) -> Result<(), String> {
+    let mut tool = wasm_bindgen_cli_support::Bindgen::new();
+    tool.omit_default_module_path(false).remove_name_section(true).remove_producers_section(true).typescript(true);
+    let made = tool.web(true).and_then(|tool| tool.input_path(module).out_name("lanternfish").generate(folder));
+    made.map_err(|error| format!("{}: {error:#}", module.display()))
+}
+
+#[cfg(not(feature = "web"))]
+fn bind(_: &Path, _: &Path) -> Result<(), String> {
+    unreachable!("`build` runs the program that has it")
+}
+
+/// Answers requests for the folder's files, until it is stopped.
+fn serve(folder: &Path) -> Result<(), String> {
+    let listener = TcpListener::bind("127.0.0.1:8080").map_err(|error| format!("127.0.0.1:8080: {error}"))?;
+    eprintln!("http://localhost:8080 shows it; Ctrl+C ends");
+    for stream in listener.incoming().flatten() {
+        // A browser that leaves is no fault of the server.
+        let _ = answer(stream, folder);
+    }
+    Ok(())
+}
+
+fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
+    let mut line = String::new();
+    let mut reader = BufReader::new(stream.try_clone()?);
+    reader.read_line(&mut line)?;
+    let mut header = String::new();
+    while reader.read_line(&mut header)? > 2 {
+        header.clear();
+    }
+    let name = line.split(' ').nth(1).unwrap_or("/").trim_start_matches('/').split('?').next().unwrap_or_default();
+    let name = if name.is_empty() { "index.html" } else { name };
+    // The folder has no folders, so no path leads out of it.
+    let content = if name.contains(['/', '\\']) { None } else { fs::read(folder.join(name)).ok() };
+    let (status, content) = content.map_or(("404 Not Found", Vec::new()), |content| ("200 OK", content));
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
+        mime(name),
+        content.len()
+    )?;
+    stream.write_all(&content)
+}
+
+fn mime(name: &str) -> &'static str {
+    match name.rsplit('.').next() {
+        Some("html") => "text/html",
+        Some("js") => "text/javascript",
+        Some("wasm") => "application/wasm",
+        _ => "application/octet-stream",
+    }
+}
