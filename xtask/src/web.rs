@@ -13,9 +13,6 @@ use crate::command::{cargo, find_program, run as step, succeeds, workspace};
 const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "dist";
 
-/// The first version of binaryen that is known to keep a module with two tables intact. Debian 12's, 108, does not.
-const FIRST_BINARYEN: u32 = 120;
-
 /// Library crates that a browser can run.
 const CRATES: [&str; 7] = [
     "lanternfish",
@@ -95,24 +92,12 @@ fn build(folder: &Path) -> Result<(), String> {
     }
     fs::create_dir_all(folder).map_err(io)?;
     bind(&workspace().join("target").join(TARGET).join("web/lanternfish_web.wasm"), folder)?;
-    let module = folder.join("lanternfish_bg.wasm");
-    if binaryen().is_some_and(|version| version >= FIRST_BINARYEN) {
-        step(Command::new("wasm-opt").arg("-O2").arg(&module).arg("-o").arg(&module))?;
-    } else {
-        eprintln!("wasm-opt {FIRST_BINARYEN} or later would make it smaller");
-    }
     for file in fs::read_dir(workspace().join("crates/lanternfish-web/page")).map_err(io)? {
         let file = file.map_err(io)?;
         fs::copy(file.path(), folder.join(file.file_name())).map_err(io)?;
     }
     eprintln!("the page is in {}", folder.display());
     Ok(())
-}
-
-/// The version of `wasm-opt`.
-fn binaryen() -> Option<u32> {
-    let output = Command::new("wasm-opt").arg("--version").output().ok()?;
-    String::from_utf8_lossy(&output.stdout).split_whitespace().find_map(|word| word.parse().ok())
 }
 
 /// Writes the module and its JavaScript.
