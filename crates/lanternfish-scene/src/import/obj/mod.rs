@@ -132,7 +132,11 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     for model in models {
         let material = materials.index(source(&model.mesh), files.budget, &mut notes).map_err(too_much)?;
         let normal_mapped = materials.list[material].normal_texture.is_some();
-        let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped }, color_range);
+        let mut primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped }, color_range);
+        // Scanned files have the same colours in both.
+        if materials.list[material].base_color_texture.is_some() {
+            primitive.colors.clear();
+        }
         // `tobj` splits an object with several materials into several models of the same name.
         let name = plain.name(&model.name);
         match scene.meshes.last_mut().filter(|mesh| mesh.name == name) {

@@ -91,6 +91,11 @@ fn colors_of_vertices_are_read() {
     }
     assert_eq!(fault("v 0 0 0 1 0 x\n"), "line 1: v: \"x\" is no number");
     assert!(only(&obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")).colors.is_empty());
+    // A texture has them already.
+    let text = "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
+    let red = png(1, 1, |_, _| [255, 0, 0, 255]);
+    let files = [("a.obj", text.as_bytes()), ("a.mtl", b"newmtl a\nmap_Kd a.png\n"), ("a.png", &red)];
+    assert!(only(&read(&files).unwrap()).colors.is_empty());
 }
 
 #[test]
