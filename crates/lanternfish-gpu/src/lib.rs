@@ -59,6 +59,7 @@ pub use {
     engine::{Compilations, KeptCompiled, Requested},
     frame::{PassProgress, PassWatcher, Profiler, discarded, submitted},
     made::{Made, made},
+    platform::CAN_WAIT,
     pool::{BindGroups, Pool},
     raster::{RasterPipeline, RasterState},
     shader::ShaderLibrary,

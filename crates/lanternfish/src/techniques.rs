@@ -133,7 +133,7 @@ pub fn shaders() -> Vec<Shaders> {
 
 impl OwnTracers for Tracer {
     fn own() -> Vec<Tracer> {
-        vec![Tracer::BVH, Tracer::RAY_QUERY]
+        vec![Tracer::BVH, Tracer::RAY_QUERY, Tracer::TWO_LEVEL]
     }
 }
 

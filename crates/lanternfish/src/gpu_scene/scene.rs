@@ -104,7 +104,7 @@ impl GpuScene {
 
     /// An error if the process may not allocate what uploading a valid scene needs.
     pub(crate) fn check_memory(scene: &Scene, needs: &SceneRequirements) -> Result<(), RenderError> {
-        Ok(cost::check(scene, needs.shading, needs.parts.rays())?)
+        Ok(cost::check(scene, needs.shading, needs.parts)?)
     }
 
     /// Uploads a valid scene, except what is kept of an earlier upload.
@@ -132,10 +132,15 @@ impl GpuScene {
         // Surfaces that cast shadows, in the BVH's leaf order.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
+        let mut tracing = match parts.rays() {
+            true if parts.instances => Tracing::in_levels(scene, mask_bytes),
+            true => Tracing::new(scene, mask_bytes),
+            false => Tracing::default(),
+        };
         tracing.decide_opacity(mask_bytes);
         tracing.write_panes(scene, shading);
         let nodes = bvh::build(&mut tracing);
+        let instance_count = tracing.levels.len() as u64;
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
         let light_trees = parts.light_trees.then(|| {
@@ -148,8 +153,8 @@ impl GpuScene {
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
         // A ray query has no triangle for the slope of a pane.
-        let needs_bvh = parts.bvh || (parts.rays() && !tracing.panes.is_empty());
-        let bvh = needs_bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
+        let needs_bvh = parts.bvh || parts.instances || (parts.rays() && !tracing.panes.is_empty());
+        let bvh = needs_bvh.then(|| Bvh::new(device, nodes, &tracing, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let stored = scene.environment.as_ref().map(|environment| stored_environment(environment, light_unit));
@@ -172,6 +177,7 @@ impl GpuScene {
             ("scene/textures_bytes".to_owned(), textures.bytes),
             ("scene/traced_triangles".to_owned(), triangles.len() as u64),
             (NODES.to_owned(), node_count),
+            ("scene/traced_instances".to_owned(), instance_count),
         ];
         if let Some(environment) = &environment {
             counters.push((ENVIRONMENT_BYTES.to_owned(), environment.bytes));

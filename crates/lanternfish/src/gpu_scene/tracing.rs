@@ -3,13 +3,16 @@
 //! Panes, thin surfaces that let part of the light pass straight, are masks that are solid nowhere. Other transparent
 //! surfaces are left out: they cast no shadow.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::{UVec2, Vec2, Vec3};
 use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
-use self::panes::{PANE_WORDS, Pane};
+use self::{
+    levels::{Level, Place},
+    panes::{PANE_WORDS, Pane},
+};
 use super::{
     shaders::{MaskHeader, MaskRecord},
     upload::{materials::mask_cutoff, mips},
@@ -19,6 +22,7 @@ pub mod bvh;
 pub mod emissive;
 mod footprint;
 pub mod hits;
+pub mod levels;
 mod opacity;
 pub mod panes;
 pub mod refit;
@@ -56,6 +60,8 @@ pub struct Part {
     pub instance: u32,
     /// Index of the primitive in the instance's mesh.
     pub primitive: u32,
+    /// The mesh, if its triangles are in its own space: the part stands for those of all its instances.
+    pub mesh: Option<u32>,
 }
 
 const RECORD_WORDS: usize = size_of::<MaskRecord>() / 4;
@@ -68,6 +74,8 @@ pub struct Tracing {
     pub triangles: Vec<TracedTriangle>,
     /// Parts to which [`Source`]s refer.
     pub parts: Vec<Part>,
+    /// Instances with a tree below them: see `levels.rs`.
+    pub levels: Vec<Level>,
     /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a
     /// [`MaskHeader`] for each way of reading an image; a [`panes::Block`] for each pane's material; the images' alpha,
     /// a byte a texel, each aligned to a word.
@@ -87,7 +95,30 @@ impl Tracing {
     /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one word per mask are
     /// kept in any case.
     pub fn new(scene: &Scene, mask_bytes: u64) -> Self {
-        let parts: Vec<Part> = (0..).zip(&scene.instances).flat_map(|i| parts_of(scene, i)).collect();
+        let parts = (0..).zip(&scene.instances).flat_map(|i| parts_of(scene, i, None)).collect();
+        Self::of_parts(scene, parts, mask_bytes)
+    }
+
+    /// The same in two levels.
+    pub fn in_levels(scene: &Scene, mask_bytes: u64) -> Self {
+        let (mut parts, mut levels, mut meshes) = (Vec::new(), Vec::new(), BTreeSet::new());
+        for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene)) {
+            let mesh = instance.mesh as u32;
+            match place {
+                Place::Nowhere => {}
+                Place::Flat => parts.extend(parts_of(scene, (index, instance), None)),
+                Place::Level => {
+                    levels.push(Level::new(scene, index));
+                    if meshes.insert(mesh) {
+                        parts.extend(parts_of(scene, (index, instance), Some(mesh)));
+                    }
+                }
+            }
+        }
+        Self { levels, ..Self::of_parts(scene, parts, mask_bytes) }
+    }
+
+    fn of_parts(scene: &Scene, parts: Vec<Part>, mask_bytes: u64) -> Self {
         let gathered: Vec<(Vec<TracedTriangle>, Vec<MaskRecord>)> =
             (0..parts.len() as u32).into_par_iter().map(|part| gather(scene, &parts, part)).collect();
 
@@ -102,7 +133,8 @@ impl Tracing {
             records.extend(part_records);
         }
         let (masks, panes) = pack_masks(scene, &mut records, mask_bytes);
-        Self { triangles, parts, masks, panes, record_count: records.len(), hulls: HashMap::new() }
+        let record_count = records.len();
+        Self { triangles, parts, levels: Vec::new(), masks, panes, record_count, hulls: HashMap::new() }
     }
 
     /// Reorders the triangles, and the mask records with them.
@@ -118,14 +150,28 @@ impl Tracing {
     }
 }
 
-/// The parts of an instance that rays meet.
-fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
+/// The parts of an instance that rays meet; of `mesh` in its own space.
+fn parts_of<'s>(
+    scene: &'s Scene,
+    (index, instance): (u32, &'s Instance),
+    mesh: Option<u32>,
+) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
     let traced = primitives.filter(|(_, p)| scene.materials[p.material].casts_shadow());
-    traced.map(move |(primitive, _)| Part { instance: index, primitive })
+    traced.map(move |(primitive, _)| Part { instance: index, primitive, mesh })
 }
 
 impl Part {
+    /// The corners of a triangle, in the space of the tree that it is in.
+    fn corners(&self, scene: &Scene, triangle: usize) -> [Vec3; 3] {
+        let (instance, primitive) = self.of(scene);
+        let corner = |i: usize| primitive.positions[primitive.indices[3 * triangle + i] as usize];
+        [0, 1, 2].map(corner).map(|corner| match self.mesh {
+            None => instance.world_from_object.transform_point3(corner),
+            Some(_) => corner,
+        })
+    }
+
     /// The instance and the primitive.
     pub fn of<'s>(&self, scene: &'s Scene) -> (&'s Instance, &'s Primitive) {
         let instance = &scene.instances[self.instance as usize];
@@ -137,8 +183,7 @@ impl Part {
 /// becomes a point: no ray hits it.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
     let pose_triangle = |source: &Source| {
-        let (instance, primitive) = parts[source.part as usize].of(scene);
-        let corners = corners(instance, primitive, source.triangle as usize);
+        let corners = parts[source.part as usize].corners(scene, source.triangle as usize);
         let finite = corners.iter().all(|corner| corner.is_finite());
         TracedTriangle { corners: if finite { corners } else { [Vec3::ZERO; 3] }, source: *source }
     };
@@ -170,19 +215,13 @@ pub fn differing(images: [&[[f32; 4]]; 2], triangles: [&[TracedTriangle]; 2]) ->
     if (sum(a) / sum(b) - 1.0).abs() < 0.02 { 0 } else { a.len() }
 }
 
-/// Corners of a triangle, world space.
-fn corners(instance: &Instance, primitive: &Primitive, triangle: usize) -> [Vec3; 3] {
-    let corner = |i: usize| primitive.positions[primitive.indices[3 * triangle + i] as usize];
-    [0, 1, 2].map(|i| instance.world_from_object.transform_point3(corner(i)))
-}
-
 fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec<MaskRecord>) {
-    let (instance, primitive) = parts[part as usize].of(scene);
+    let (_, primitive) = parts[part as usize].of(scene);
     let material = &scene.materials[primitive.material];
     let mut triangles = Vec::with_capacity(primitive.indices.len() / 3);
     let mut records = Vec::new();
     for (triangle, indices) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {
-        let corners = corners(instance, primitive, triangle);
+        let corners = parts[part as usize].corners(scene, triangle);
         // A line or a point may become a triangle when it moves or deforms; a triangle that has a vertex twice cannot.
         let [a, b, c] = *indices;
         let is_finite = indices.iter().all(|i| primitive.positions[*i as usize].is_finite());

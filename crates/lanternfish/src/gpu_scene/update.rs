@@ -108,6 +108,11 @@ impl GpuScene {
             }
             return Ok(());
         }
+        if self.needs.parts.instances {
+            let unchanged = self.unchanged(&outline);
+            *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
+            return Ok(());
+        }
         let storage = self.material_storage();
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
         if let Some(trees) = &mut self.light_trees {

@@ -15,6 +15,7 @@ mod structure;
 #[cfg(test)]
 mod tests;
 mod trace_pass;
+mod two_level;
 
 use std::{
     fmt,
@@ -178,6 +179,10 @@ impl Tracer {
     pub const BVH: Self = Self::new(&bvh::INFO);
     /// The adapter's own acceleration structure: exact, and fast where it is hardware.
     pub const RAY_QUERY: Self = Self::new(&ray_query::INFO);
+
+    /// A tree over instances, and one of each mesh, in compute: exact, with little memory for scenes of many copies. For shadows, where there
+    /// is no indirect light.
+    pub const TWO_LEVEL: Self = Self::new(&two_level::INFO);
 
     /// A tracer.
     #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! Compiles the passes that the settings need.
 
 use glam::UVec2;
-use lanternfish_gpu::{Engine, Gpu, GpuError, Requested, checked};
+use lanternfish_gpu::{CAN_WAIT, Engine, Gpu, GpuError, Requested, checked};
 
 use super::flight::check_lost;
 use crate::{
@@ -116,6 +116,10 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let one_sample = needs_normals && settings.image.samples != Samples::One;
     let direct = settings.direct.technique();
     let parts = direct.map_or(parts, |technique| parts | technique.parts(&settings));
+    if parts.instances && (parts.bvh || parts.ray_query) {
+        let needed = "`indirect none`, and no other tracer or structure: a scene has its triangles in one form";
+        return Err(RenderError::Together { setting: "`shadows two-level`", needed });
+    }
     let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
     let hides_environment = settings.image.background.hides_environment();
     let passes = Passes {
@@ -191,6 +195,15 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
     if count == 1 {
         return Ok(());
     }
+    let missing = RenderError::MissingFeature {
+        setting: "`samples`",
+        feature: "this number of samples per pixel",
+        instead: "`samples 4`",
+    };
+    if !CAN_WAIT {
+        // What WebGPU guarantees.
+        return if count == 4 { Ok(()) } else { Err(missing) };
+    }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {
             let _ =
@@ -198,11 +211,7 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
         }
         Ok::<(), RenderError>(())
     };
-    checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
-        setting: "`samples`",
-        feature: "this number of samples per pixel",
-        instead: "`samples 4`",
-    })
+    checked(device, "samples", try_targets).map_err(|_| missing)
 }
 
 /// Maximum samples along the long axis of a texture footprint, for a setting on an adapter.

@@ -29,6 +29,14 @@ impl GpuScene {
         }
     }
 
+    /// An error if the triangles are in two levels: only an update moves them.
+    pub(super) fn check_levels(&self) -> Result<(), RenderError> {
+        match self.needs.parts.instances {
+            false => Ok(()),
+            true => Err(RenderError::NeedsUpdate { what: "its triangles are in two levels".to_owned() }),
+        }
+    }
+
     /// See [`crate::Renderer::move_instances`].
     pub(crate) fn move_instances(
         &mut self,
@@ -37,6 +45,7 @@ impl GpuScene {
     ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
         self.check_shining(moved)?;
+        self.check_levels()?;
         // The last entry for an instance counts.
         let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
         last.sort_by_key(|(instance, _)| *instance);

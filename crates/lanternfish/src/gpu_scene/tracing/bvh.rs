@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::{
     super::shaders::BvhTriangle,
     TracedTriangle, Tracing,
+    levels::{self, BOX, Level},
     refit::{box_of, cost, refit},
 };
 use crate::error::RenderError;
@@ -30,6 +31,9 @@ pub struct Bvh {
 
 /// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
 pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
+    if !tracing.levels.is_empty() {
+        return levels::build(tracing);
+    }
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
@@ -44,13 +48,15 @@ impl Bvh {
     pub fn new(
         device: &wgpu::Device,
         tree: Vec<CwBvhNode>,
-        triangles: &[TracedTriangle],
+        Tracing { triangles, levels, .. }: &Tracing,
         light_leaves: &[(u32, u32)],
     ) -> Result<Self, RenderError> {
         let none = wgpu::BufferUsages::empty();
+        let mut elements = packed(triangles, light_leaves);
+        place_levels(&mut elements, triangles, levels);
         Ok(Self {
             nodes: nodes(device, &tree)?,
-            triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles, light_leaves), none)?,
+            triangles: storage_buffer_of(device, "scene/bvh_triangles", &elements, none)?,
             cost_when_built: cost(&tree, |index| box_of(&triangles[index].corners)),
             tree,
         })
@@ -113,6 +119,16 @@ fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhT
     let mut packed: Vec<BvhTriangle> = triangles.par_iter().map(pack).collect();
     light_leaves.iter().for_each(|(triangle, leaf)| packed[*triangle as usize].light_leaf = leaf + 1);
     packed
+}
+
+/// Writes the leaves of instances, and appends what transforms their rays.
+fn place_levels(elements: &mut Vec<BvhTriangle>, triangles: &[TracedTriangle], levels: &[Level]) {
+    let first = elements.len() as u32;
+    for (element, triangle) in elements.iter_mut().zip(triangles).filter(|(_, triangle)| triangle.source.part == BOX) {
+        let level = triangle.source.triangle;
+        *element = levels[level as usize].leaf(triangle.corners, first + level);
+    }
+    elements.extend(levels.iter().map(Level::transform));
 }
 
 #[cfg(test)]

@@ -154,7 +154,7 @@ impl Placed {
         let (primitives, first_of_mesh) = geometry.primitives();
         let meshes: Vec<usize> = self.outline.meshes().collect();
         self.sources.iter().map(move |source| {
-            let Part { instance, primitive } = self.parts[source.part as usize];
+            let Part { instance, primitive, .. } = self.parts[source.part as usize];
             let [first_index, first_vertex, _] =
                 primitives[first_of_mesh[meshes[instance as usize]] + primitive as usize];
             UVec4::new(instance, first_index + 3 * source.triangle, first_vertex, 0)

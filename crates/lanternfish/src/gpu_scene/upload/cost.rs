@@ -6,9 +6,13 @@ use lanternfish_scene::{Scene, bvh};
 use super::{
     super::{
         shaders::{BvhTriangle, DrawInstance, HitTriangle},
-        tracing::TracedTriangle,
+        tracing::{
+            TracedTriangle,
+            levels::{Place, places},
+        },
     },
     lobes::Shading,
+    parts::Parts,
     textures,
 };
 
@@ -22,8 +26,9 @@ const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
 /// Bytes per placed primitive: its draw, and twice its shader data.
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
 
-/// An error if this process may not allocate the memory that uploading `scene` needs. `traces`: rays hit its triangles.
-pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuch> {
+/// An error if this process may not allocate the memory that uploading `scene` for `parts` needs.
+pub fn check(scene: &Scene, shading: Shading, parts: Parts) -> Result<(), TooMuch> {
+    let places = if parts.instances { places(scene) } else { Vec::new() };
     let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
     let of_mesh: Vec<(u64, u64)> = scene
         .meshes
@@ -34,9 +39,18 @@ pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuc
             (mesh.primitives.len() as u64, traced.map(|primitive| primitive.indices.len() as u64 / 3).sum())
         })
         .collect();
-    for instance in &scene.instances {
+    let mut counted = vec![false; scene.meshes.len()];
+    for (index, instance) in scene.instances.iter().enumerate() {
         draws += of_mesh[instance.mesh].0;
-        triangles += if traces { of_mesh[instance.mesh].1 } else { 0 };
+        let traced = of_mesh[instance.mesh].1;
+        triangles += match places.get(index) {
+            _ if !parts.rays() => 0,
+            None | Some(Place::Flat) => traced,
+            // A box, its transform, and once the mesh's triangles.
+            Some(Place::Level) if !std::mem::replace(&mut counted[instance.mesh], true) => 2 + traced,
+            Some(Place::Level) => 2,
+            Some(Place::Nowhere) => 0,
+        };
     }
     let texels: u64 =
         textures::read(scene, shading).into_iter().map(|(image, _)| scene.images[image].rgba.len() as u64).sum();
