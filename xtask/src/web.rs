@@ -4,7 +4,7 @@ use std::{
     fs,
     io::{BufRead as _, BufReader, Write as _},
     net::{TcpListener, TcpStream},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     process::Command,
 };
 
@@ -24,19 +24,30 @@ const CRATES: [&str; 7] = [
     "lanternfish-web",
 ];
 
-/// Builds the page, and with `--serve` shows it on the loopback device.
+/// Builds the page; with `--serve` shows it on the loopback device, with `--full` uses all of it in a browser.
 pub fn run(words: &[String]) -> Result<(), String> {
-    let is_served = match words {
-        [] => false,
-        [word] if word == "--serve" => true,
-        _ => return Err(format!("web takes --serve, not {words:?}")),
+    let then: fn(&Path) -> Result<(), String> = match words {
+        [] => |_| Ok(()),
+        [word] if word == "--serve" => serve,
+        [word] if word == "--full" => full,
+        _ => return Err(format!("web takes --serve or --full, not {words:?}")),
     };
     if !has_target() {
         return Err(format!("no target {TARGET}: `rustup target add {TARGET}` adds it"));
     }
     let folder = workspace().join(FOLDER);
     build(&folder)?;
-    if is_served { serve(&folder) } else { Ok(()) }
+    then(&folder)
+}
+
+/// Uses the page for minutes: the atrium, each paper, 300 frames. Its screenshots are in `target/web-full`.
+fn full(page: &Path) -> Result<(), String> {
+    let [chromium, modules] = browser()?.ok_or("this needs Chromium, node and npm")?;
+    let images = workspace().join("target/web-full");
+    fs::create_dir_all(&images).map_err(|error| format!("{}: {error}", images.display()))?;
+    let plan = r#"{"papers": true, "frames": 300, "width": 480, "height": 270, "steps": [], "scene": "demo:atrium"}"#;
+    let script = workspace().join("crates/lanternfish-web/tests/browser.mjs");
+    step(Command::new("node").arg(script).args([page, &chromium, &modules]).arg(plan).arg(images))
 }
 
 /// The test that renders in a browser.
@@ -47,18 +58,21 @@ const PLAYWRIGHT: &str = "playwright-core@1.65.1";
 
 /// Builds the page and fetches what the test needs. Returns its environment, empty if this machine cannot run it; the test says so.
 pub fn for_test() -> Result<Vec<(&'static str, PathBuf)>, String> {
-    let chromium = ["chromium", "chromium-browser", "google-chrome"].iter().find_map(|name| find_program(name));
-    let Some(chromium) = chromium.filter(|_| find_program("node").is_some() && has_target()) else {
-        return Ok(Vec::new());
-    };
-    let modules = workspace().join("target/playwright");
-    let has_playwright = modules.join("node_modules/playwright-core").is_dir();
-    if !has_playwright && step(Command::new("npm").args(["install", PLAYWRIGHT, "--prefix"]).arg(&modules)).is_err() {
-        return Ok(Vec::new());
-    }
+    let Some([chromium, modules]) = browser()?.filter(|_| has_target()) else { return Ok(Vec::new()) };
     let page = workspace().join(FOLDER);
     build(&page)?;
     Ok(vec![("LANTERNFISH_PAGE", page), ("LANTERNFISH_CHROMIUM", chromium), ("LANTERNFISH_PLAYWRIGHT", modules)])
+}
+
+/// Chromium, and the folder of what drives it, which is fetched; none where a program is missing.
+fn browser() -> Result<Option<[PathBuf; 2]>, String> {
+    let chromium = ["chromium", "chromium-browser", "google-chrome"].iter().find_map(|name| find_program(name));
+    let Some(chromium) = chromium.filter(|_| find_program("node").is_some()) else { return Ok(None) };
+    let modules = workspace().join("target/playwright");
+    let has_playwright = modules.join("node_modules/playwright-core").is_dir();
+    let is_fetched =
+        has_playwright || step(Command::new("npm").args(["install", PLAYWRIGHT, "--prefix"]).arg(&modules)).is_ok();
+    Ok(is_fetched.then_some([chromium, modules]))
 }
 
 /// Compiles the product's library crates for a browser. Prints a line if this machine cannot.
@@ -90,12 +104,33 @@ fn build(folder: &Path) -> Result<(), String> {
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(io)?;
     }
-    fs::create_dir_all(folder).map_err(io)?;
-    bind(&workspace().join("target").join(TARGET).join("web/lanternfish_web.wasm"), folder)?;
-    for file in fs::read_dir(workspace().join("crates/lanternfish-web/page")).map_err(io)? {
-        let file = file.map_err(io)?;
-        fs::copy(file.path(), folder.join(file.file_name())).map_err(io)?;
+    let package = folder.join("package");
+    fs::create_dir_all(&package).map_err(io)?;
+    bind(&workspace().join("target").join(TARGET).join("web/lanternfish_web.wasm"), &package)?;
+    let source = workspace().join("crates/lanternfish-web");
+    let files = |folder: &Path| {
+        let files = fs::read_dir(folder).map_err(io)?.map(|file| Ok(file.map_err(io)?.path()));
+        let mut files = files.collect::<Result<Vec<_>, String>>()?;
+        files.sort();
+        Ok::<_, String>(files)
+    };
+    for file in files(&source.join("page"))?.into_iter().chain([source.join("README.md")]) {
+        fs::copy(&file, package.join(file.file_name().expect("a file"))).map_err(io)?;
     }
+    // All but the pages lies in a folder with a name of its own in every version, so that it may be stored for ever.
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    for file in files(&package)? {
+        fs::read(file)
+            .map_err(io)?
+            .iter()
+            .for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3));
+    }
+    let name = format!("lanternfish-{hash:016x}");
+    for page in ["index.html", "example.html"] {
+        let text = fs::read_to_string(package.join(page)).map_err(io)?;
+        fs::write(folder.join(page), text.replace("./", &format!("./{name}/"))).map_err(io)?;
+    }
+    fs::rename(package, folder.join(name)).map_err(io)?;
     eprintln!("the page is in {}", folder.display());
     Ok(())
 }
@@ -135,8 +170,8 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     }
     let name = line.split(' ').nth(1).unwrap_or("/").trim_start_matches('/').split('?').next().unwrap_or_default();
     let name = if name.is_empty() { "index.html" } else { name };
-    // The folder has no folders, so no path leads out of it.
-    let content = if name.contains(['/', '\\']) { None } else { fs::read(folder.join(name)).ok() };
+    let is_inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    let content = is_inside.then(|| fs::read(folder.join(name)).ok()).flatten();
     let (status, content) = content.map_or(("404 Not Found", Vec::new()), |content| ("200 OK", content));
     write!(
         stream,

@@ -22,6 +22,8 @@ pub mod images;
 #[doc(hidden)]
 pub mod light_rig;
 #[doc(hidden)]
+pub mod opened;
+#[doc(hidden)]
 pub mod output;
 #[doc(hidden)]
 pub mod parse;
@@ -77,4 +79,4 @@ pub use cli::main_of;
 #[doc(hidden)]
 pub use reference::fingerprint;
 #[doc(hidden)]
-pub use render::apply_lights;
+pub use render::{apply_lights, scene_with_lights};

@@ -82,7 +82,7 @@ mod system {
     }
 }
 
-#[cfg(not(unix))]
+#[cfg(windows)]
 mod system {
     use std::io;
 
@@ -96,6 +96,16 @@ mod system {
     pub fn end_by(signal: i32) {
         std::process::exit(128 + signal);
     }
+}
+
+/// A browser has no signals.
+#[cfg(not(any(unix, windows)))]
+mod system {
+    pub fn listen(_: fn(i32)) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    pub fn end_by(_: i32) {}
 }
 
 #[cfg(all(test, unix))]

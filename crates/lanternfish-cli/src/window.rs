@@ -6,18 +6,15 @@ use std::{
     rc::Rc,
 };
 
-use lanternfish::settings::{Exposure, History, Settings};
+use lanternfish::settings::Exposure;
 use lanternfish_metrics::{ColorType, write_png};
-use lanternfish_scene::{Camera, Scene, generate::Rain};
-use lanternfish_viewer::{Form, Moment, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
+use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
     args::view::OnlyWindowArgs,
-    camera,
     error::CliError,
-    light_rig::{self, Lighting},
+    opened::{Loaded, in_window},
     output::{self, check_writable},
-    paper,
     progress::Progress,
     recording::Recorded,
     render::lit_scene,
@@ -67,11 +64,11 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
     let size_is_chosen = shot.names().iter().any(|name| name == "size");
-    let Loaded { scene, camera, by_rig, exposure, moment, rain } = loaded(&shot, &mut progress)?;
-    let settings = in_window(&shot, exposure);
+    let Loaded { scene, camera, exposure, moment, rain, opened } = loaded(shot, &mut progress)?;
+    let settings = in_window(&opened.shot, exposure);
     progress.finish();
     // The opened scene. A file that is dropped on the window replaces it.
-    let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
+    let opened = Rc::new(RefCell::new(opened));
     let open_another = Rc::clone(&opened);
     eyes.map(|eyes| stereo::cameras(eyes, &camera, size.aspect())).transpose()?;
     let start = Start {
@@ -134,53 +131,9 @@ fn kept_at() -> Option<PathBuf> {
     Some(folder.join("lanternfish").join("window.toml"))
 }
 
-/// A loaded scene.
-struct Loaded {
-    /// The scene with its lights, at 0 s.
-    scene: Scene,
-    /// The camera.
-    camera: Camera,
-    /// Number of lights, at the end, that belong to a rig.
-    by_rig: usize,
-    /// The automatic exposure, EV, if it is not metered.
-    exposure: Option<f32>,
-    /// The animation and time to show.
-    moment: Option<Moment>,
-    /// The light rain.
-    rain: Option<Rain>,
-}
-
-fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
-    let args = &shot.args;
-    let (mut scene, motion) = lit_scene(args, progress)?;
-    let size = args.output.size;
-    let first = shot.first();
-    let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
-    let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
-    let camera = camera::choose(&scene, &first.view, size.aspect())?;
-    let lights = Lighting { is_seen: true, takes_ground: false, is_metered: false, ..Lighting::of(args) };
-    let before = scene.lights.len();
-    let rig = light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
-    let by_rig = scene.lights.len() - before;
-    Ok(Loaded { scene, camera, by_rig, exposure: rig.exposure(), moment, rain })
-}
-
-/// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot or its preset sets them, and with the multisampling of
-/// single frames, because frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
-fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
-    let samples = shot.args.settings_of(1).image.samples;
-    let mut settings = shot.args.settings().with_samples(samples);
-    paper::for_moving(shot, &mut settings);
-    if !shot.names().iter().any(|name| name == "history") {
-        settings.history = History::On;
-    }
-    if settings.direct.is_none() && !shot.names().iter().any(|name| name == "direct") {
-        settings.direct = shot.args.automatic_direct();
-    }
-    if let Some(ev) = exposure.filter(|_| settings.image.exposure == Exposure::Auto) {
-        settings.image.exposure = Exposure::Ev(ev);
-    }
-    settings
+fn loaded(shot: Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
+    let lit = lit_scene(&shot.args, progress)?;
+    Loaded::of(shot, lit, |note| progress.note(note))
 }
 
 /// A file that was dropped on the window, with default flags. A shot sets the renderer's settings, a scene does not.
@@ -188,12 +141,12 @@ fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
     let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
-    let Loaded { scene, camera, by_rig, exposure, moment, rain } = loaded(&shot, &mut Progress::hidden())?;
-    let (settings, eyes) = (is_shot.then(|| in_window(&shot, exposure)), shot.args.stereo.stereo);
+    let Loaded { scene, camera, exposure, moment, rain, opened } = loaded(shot, &mut Progress::hidden())?;
+    let shot = &opened.shot;
+    let (settings, eyes) = (is_shot.then(|| in_window(shot, exposure)), shot.args.stereo.stereo);
     let exposure = (!is_shot).then(|| exposure.map_or(Exposure::Auto, Exposure::Ev));
     let name = shot.args.scene.to_string();
-    let now = shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone());
-    Ok((now, Opened { name, scene, camera, eyes, settings, exposure, moment, rain }))
+    Ok((opened, Opened { name, scene, camera, eyes, settings, exposure, moment, rain }))
 }
 
 /// Writes the window's state as a shot in the current folder, under a free name, or as a command line for a shell.
@@ -227,6 +180,8 @@ fn keep(pixels: &[u8], [width, height]: [u32; 2]) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
+    use lanternfish_viewer::Moment;
+
     use super::*;
 
     #[test]

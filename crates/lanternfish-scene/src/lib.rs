@@ -46,6 +46,8 @@ pub use environment::Environment;
 pub use error::SceneError;
 pub use fault::SceneFault;
 pub use framing::Viewpoint;
+#[doc(hidden)]
+pub use import::hold_files;
 pub use import::{LoadOptions, UpAxis, load, load_files, load_with};
 #[doc(hidden)]
 pub use lanternfish_limits::read_text;

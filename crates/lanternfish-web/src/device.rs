@@ -12,6 +12,7 @@ use crate::failed;
 #[derive(Clone)]
 pub struct Device {
     pub engine: Engine,
+    pub instance: wgpu::Instance,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -23,7 +24,8 @@ impl Device {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..Default::default()
         };
-        let adapter = wgpu::Instance::new(descriptor).request_adapter(&wanted).await.map_err(|_| {
+        let instance = wgpu::Instance::new(descriptor);
+        let adapter = instance.request_adapter(&wanted).await.map_err(|_| {
             failed("this browser has no WebGPU, or no adapter for it: use a current Chrome, Edge, Firefox or Safari")
         })?;
         let features = adapter.features() & Gpu::WANTED_FEATURES;
@@ -36,7 +38,8 @@ impl Device {
         let tell_error = tell.clone();
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| tell_error(error.to_string())));
         gpu.device.set_device_lost_callback(move |_, what| tell(format!("the device is lost: {what}")));
-        Ok(Self { engine: Engine::measured(&gpu.device, &gpu.queue).await.map_err(failed)?, fault })
+        let engine = Engine::measured(&gpu.device, &gpu.queue).await.map_err(failed)?;
+        Ok(Self { engine, instance, fault })
     }
 
     /// The first error that the device has reported so far. It is of no use after one.

@@ -5,16 +5,17 @@
 
 #![cfg(target_arch = "wasm32")]
 
+mod canvas;
 mod device;
-mod options;
 mod session;
+mod source;
 mod still;
 mod turn;
 mod viewer;
 
 use wasm_bindgen::prelude::*;
 
-pub use {options::settings, still::render, viewer::Viewer};
+pub use {source::settings, still::render, viewer::Viewer};
 
 /// Makes all techniques known, and writes panics into the browser's console.
 #[wasm_bindgen(start)]

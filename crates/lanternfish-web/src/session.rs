@@ -1,12 +1,13 @@
-//! A renderer with its scene on the page's device, and frames that are awaited.
+//! A scene on the page's device, and frames that are awaited.
 
-use std::{cell::RefCell, path::PathBuf};
+use std::cell::RefCell;
 
-use js_sys::{Array, Uint8Array, Uint8ClampedArray};
+use js_sys::Uint8ClampedArray;
 use lanternfish::{Change, GpuScene, Renderer, Settings, Target, ViewRequest};
+use lanternfish_cli::{opened::Loaded, scene_with_lights, shot::Shot};
 use lanternfish_gpu::texels;
-use lanternfish_scene::{Camera, LoadOptions, Scene};
-use wasm_bindgen::{JsCast as _, prelude::*};
+use lanternfish_scene::Camera;
+use wasm_bindgen::prelude::*;
 use web_sys::ImageData;
 
 use crate::{device::Device, failed, turn::pause};
@@ -15,63 +16,69 @@ use crate::{device::Device, failed, turn::pause};
 const POLL: i32 = 4;
 /// Frames in which lists may grow until one is complete.
 const TRIES: usize = 16;
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// The format of images, which every canvas takes.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 thread_local! {
     /// The page's device, with all that was compiled for it.
     static DEVICE: RefCell<Option<Device>> = const { RefCell::new(None) };
 }
 
+/// A scene on the device.
 pub struct Session {
-    device: Device,
-    renderer: Renderer,
-    uploaded: GpuScene,
-    pub scene: Scene,
-    /// The display image.
-    shown: Option<wgpu::Texture>,
+    pub device: Device,
+    pub loaded: Loaded,
 }
 
 impl Session {
-    /// Reads a scene and compiles what its images need. `tell` hears what is done, before the browser shows it and waits.
-    pub async fn open(source: &JsValue, settings: Settings, tell: impl Fn(&str)) -> Result<Self, JsValue> {
+    /// Reads a scene. `tell` hears what is done.
+    pub async fn open(shot: Shot, tell: impl Fn(&str)) -> Result<Self, JsValue> {
         tell("reading the scene");
         pause(0).await;
-        let scene = read(source)?;
+        let lit = scene_with_lights(&shot.args).map_err(failed)?;
+        let loaded = Loaded::of(shot, lit, |note| tell(note)).map_err(failed)?;
         let cached = DEVICE.take().filter(|device| device.check().is_ok());
         let device = match cached {
             Some(device) => device,
             None => Device::open().await?,
         };
         DEVICE.set(Some(device.clone()));
-        tell("compiling shaders");
-        pause(0).await;
-        let renderer = Renderer::with_engine(&device.engine, settings).map_err(failed)?;
         tell("building the tree of its triangles");
         pause(0).await;
-        let uploaded = renderer.upload(&scene).map_err(failed)?;
-        Ok(Self { device, renderer, uploaded, scene, shown: None })
+        Ok(Self { device, loaded })
+    }
+}
+
+/// A renderer of a session's scene, and its image.
+pub struct Side {
+    pub renderer: Renderer,
+    uploaded: GpuScene,
+    shown: Option<wgpu::Texture>,
+}
+
+impl Side {
+    pub fn new(Session { device, loaded }: &Session, settings: Settings) -> Result<Self, JsValue> {
+        let renderer = Renderer::with_engine(&device.engine, settings).map_err(failed)?;
+        let uploaded = renderer.upload(&loaded.scene).map_err(failed)?;
+        Ok(Self { renderer, uploaded, shown: None })
     }
 
-    pub fn settings(&self) -> &Settings {
-        self.renderer.settings()
-    }
-
-    pub fn set(&mut self, settings: Settings) -> Result<(), JsValue> {
+    pub fn set(&mut self, session: &Session, settings: Settings) -> Result<(), JsValue> {
         if self.renderer.set(settings).map_err(failed)? == Change::Upload {
-            self.uploaded = self.renderer.upload(&self.scene).map_err(failed)?;
+            self.uploaded = self.renderer.upload(&session.loaded.scene).map_err(failed)?;
         }
         Ok(())
     }
 
-    /// Forgets the frames of a mean.
-    pub fn reset(&mut self) {
-        self.renderer.reset();
+    /// Shows what has moved in the scene.
+    pub fn update(&mut self, session: &Session) -> Result<(), JsValue> {
+        self.renderer.update(&mut self.uploaded, &session.loaded.scene).map(drop).map_err(failed)
     }
 
     /// Renders frames of a view until one is complete: each gives the lists that overflow their capacity.
-    pub async fn frame(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), JsValue> {
+    pub async fn frame(&mut self, session: &Session, camera: &Camera, size: [u32; 2]) -> Result<(), JsValue> {
         for _ in 0..TRIES {
-            if self.try_frame(camera, size).await? {
+            if self.try_frame(&session.device, camera, size).await? {
                 return Ok(());
             }
         }
@@ -79,9 +86,9 @@ impl Session {
     }
 
     /// Renders a frame, and says whether it is complete.
-    async fn try_frame(&mut self, camera: &Camera, size: [u32; 2]) -> Result<bool, JsValue> {
+    async fn try_frame(&mut self, device: &Device, camera: &Camera, size: [u32; 2]) -> Result<bool, JsValue> {
         let is_of_size = |texture: &wgpu::Texture| [texture.width(), texture.height()] == size;
-        let engine = &self.device.engine;
+        let engine = &device.engine;
         let shown = self.shown.take_if(|texture| is_of_size(texture)).unwrap_or_else(|| {
             engine.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("shown"),
@@ -103,7 +110,7 @@ impl Session {
         self.renderer.submitted(pending);
         loop {
             pause(POLL).await;
-            self.device.check()?;
+            device.check()?;
             if let Some(report) = self.renderer.poll() {
                 return match report.is_lost {
                     true => Err(failed("the device is lost")),
@@ -114,30 +121,17 @@ impl Session {
     }
 
     /// The display image of the last frame.
-    pub async fn image(&self) -> Result<ImageData, JsValue> {
-        let (engine, shown) = (&self.device.engine, self.shown.as_ref().expect("a frame was rendered"));
+    pub fn texture(&self) -> Result<&wgpu::Texture, JsValue> {
+        self.shown.as_ref().ok_or_else(|| failed("no frame was rendered"))
+    }
+
+    /// The same, read back.
+    pub async fn image(&self, session: &Session) -> Result<ImageData, JsValue> {
+        let (engine, shown) = (&session.device.engine, self.texture()?);
         let rgba = texels::<[u8; 4]>(&engine.device, &engine.queue, shown).await.map_err(failed)?;
-        self.device.check()?;
+        session.device.check()?;
         // A copy: a view of the module's memory would show what comes after.
         let copy = Uint8ClampedArray::from(rgba.as_flattened());
         ImageData::new_with_js_u8_clamped_array_and_sh(&copy, shown.width(), shown.height())
     }
-}
-
-/// The scene of a name, of the bytes of a GLB file, or of a list of names and bytes, whose first is the scene's file.
-fn read(source: &JsValue) -> Result<Scene, JsValue> {
-    if let Some(name) = source.as_string() {
-        return lanternfish_scene::load(name).map_err(failed);
-    }
-    let wanted =
-        || failed("a scene is a name such as demo:cornell, the bytes of a GLB file, or a list of [name, bytes]");
-    let file = |name: JsValue, bytes: JsValue| {
-        Some((PathBuf::from(name.as_string()?), bytes.dyn_ref::<Uint8Array>()?.to_vec()))
-    };
-    let files: Option<Vec<_>> = match source.dyn_ref::<Array>() {
-        None => file("scene.glb".into(), source.clone()).map(|file| vec![file]),
-        Some(list) => list.iter().map(|pair| file(Array::from(&pair).get(0), Array::from(&pair).get(1))).collect(),
-    };
-    let files = files.filter(|files| !files.is_empty()).ok_or_else(wanted)?;
-    lanternfish_scene::load_files(&files[0].0, &files, &LoadOptions::default()).map_err(failed)
 }

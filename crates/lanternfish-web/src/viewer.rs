@@ -2,21 +2,34 @@
 
 use js_sys::{Date, Function, Object};
 use lanternfish::ResolutionScaling;
+use lanternfish_cli::opened::in_window;
+use lanternfish_cli::shot::shown;
 use lanternfish_scene::Camera;
-use lanternfish_viewer::{Controls, Way};
+use lanternfish_viewer::{Controls, Moment, Way};
 use wasm_bindgen::prelude::*;
-use web_sys::ImageData;
+use web_sys::{ImageData, OffscreenCanvas};
 
-use crate::{options::Options, session::Session};
+use crate::{
+    canvas::Canvas,
+    failed,
+    session::{Session, Side},
+    source::{Flags, Source},
+};
 
 /// Longest time of a frame while the view moves, ms: as in the window.
 const BUDGET: f64 = 60.0;
 
-/// A scene with a camera that moves, and settings that change.
+/// A scene on a canvas, with a camera that moves, and settings that change.
 #[wasm_bindgen]
 pub struct Viewer {
+    source: Source,
+    flags: Flags,
     session: Session,
-    options: Options,
+    canvas: Canvas,
+    first: Side,
+    /// The second of two techniques, and the fraction of the width from which on it is shown.
+    second: Option<(Side, Flags)>,
+    split: f32,
     controls: Controls,
     scaling: ResolutionScaling,
     /// Camera and size of the last frame, and the number of such frames at rest.
@@ -26,21 +39,40 @@ pub struct Viewer {
 
 #[wasm_bindgen]
 impl Viewer {
-    /// Opens a scene, given as for `render`. `progress` is called with what is done.
+    /// Opens a scene, with options as for `render`. `progress` is called with what is done.
     pub async fn open(
+        canvas: OffscreenCanvas,
         #[wasm_bindgen(unchecked_param_type = "string | Uint8Array | [string, Uint8Array][]")] source: JsValue,
         #[wasm_bindgen(unchecked_param_type = "Record<string, string | number>")] options: Object,
         #[wasm_bindgen(unchecked_param_type = "(what: string) => void")] progress: Function,
     ) -> Result<Self, JsValue> {
-        let options = Options::of(&options)?;
+        let (source, flags) = (Source::of(&source)?, Flags::of(&options)?);
         let tell = |what: &str| drop(progress.call1(&JsValue::NULL, &what.into()));
-        let session = Session::open(&source, options.settings()?, tell).await?;
-        let camera = session.scene.cameras.get(options.camera).cloned();
-        let camera = camera.unwrap_or_else(|| session.scene.default_camera(1.5));
-        let bounds = session.scene.bounds();
+        let session = Session::open(source.shot(&flags)?, tell).await?;
+        let canvas = Canvas::new(&session.device, canvas)?;
+        let loaded = &session.loaded;
+        let first = Side::new(&session, in_window(&loaded.opened.shot, loaded.exposure))?;
+        let bounds = loaded.scene.bounds();
         let size = if bounds.is_empty() { 1.0 } else { (bounds.max - bounds.min).length() };
-        let (controls, scaling) = (Controls::new(camera, size), ResolutionScaling::new(BUDGET));
-        Ok(Self { session, options, controls, scaling, shown: None, frames: 0 })
+        let (controls, scaling) = (Controls::new(loaded.camera.clone(), size), ResolutionScaling::new(BUDGET));
+        let mut viewer = Self {
+            source,
+            flags,
+            session,
+            canvas,
+            first,
+            second: None,
+            split: 0.5,
+            controls,
+            scaling,
+            shown: None,
+            frames: 0,
+        };
+        if let Some(moment) = viewer.session.loaded.moment {
+            viewer.at(moment)?;
+        }
+        tell("compiling what the first image needs");
+        Ok(viewer)
     }
 
     /// Orbits by a motion of the pointer to the right and down.
@@ -63,16 +95,66 @@ impl Viewer {
         self.controls.dolly(notches);
     }
 
-    /// Changes a setting by its name.
-    pub fn set(&mut self, name: &str, value: &str) -> Result<(), JsValue> {
-        self.options.put(name, value)?;
-        self.session.set(self.options.settings()?)?;
+    /// Returns to the first camera.
+    pub fn home(&mut self) {
+        self.controls.go_home();
+    }
+
+    /// Lets the file's animation, or falling lights, go on for some seconds. False if nothing moves.
+    pub fn play(&mut self, seconds: f32) -> Result<bool, JsValue> {
+        let loaded = &self.session.loaded;
+        let animation = (!loaded.scene.motion.animations.is_empty()).then_some(0);
+        if animation.is_none() && loaded.rain.is_none() {
+            return Ok(false);
+        }
+        let before = loaded.moment.unwrap_or(Moment { animation, time: 0.0 });
+        self.at(Moment { time: before.time + seconds, ..before }).map(|()| true)
+    }
+
+    /// True after an error of the device: nothing can be rendered any more.
+    pub fn is_broken(&self) -> bool {
+        self.session.device.check().is_err()
+    }
+
+    /// Changes a setting by its name, of which no other scene results; without a value, to its default.
+    pub fn set(&mut self, name: &str, value: Option<String>) -> Result<(), JsValue> {
+        let mut flags = self.flags.clone();
+        match value {
+            Some(value) => flags.put(name, &value),
+            None => flags.remove(name),
+        }
+        let exposure = self.session.loaded.exposure;
+        let settings = in_window(&self.source.shot(&flags)?, exposure);
+        self.first.set(&self.session, settings)?;
+        self.flags = flags;
         self.shown = None;
         Ok(())
     }
 
-    /// The next image, of at most this size: smaller where a frame takes long while the view moves. None if nothing has changed.
-    pub async fn image(&mut self, width: u32, height: u32) -> Result<Option<ImageData>, JsValue> {
+    /// Shows other settings, by name, to the right of a fraction of the width; without any, one technique again.
+    pub fn compare(
+        &mut self,
+        #[wasm_bindgen(unchecked_optional_param_type = "Record<string, string | number>")] options: Option<Object>,
+    ) -> Result<(), JsValue> {
+        self.second = None;
+        if let Some(options) = options {
+            let flags = Flags::of(&options)?;
+            let settings = in_window(&self.source.shot(&flags)?, self.session.loaded.exposure);
+            self.second = Some((Side::new(&self.session, settings)?, flags));
+        }
+        self.shown = None;
+        Ok(())
+    }
+
+    /// Moves the line between two techniques.
+    pub fn split(&mut self, part: f32) -> Result<(), JsValue> {
+        self.split = part;
+        if self.shown.is_some() { self.present() } else { Ok(()) }
+    }
+
+    /// Shows the next image, of at most this size: smaller where a frame takes long while the view moves. Returns its width and height;
+    /// none if nothing has changed.
+    pub async fn frame(&mut self, width: u32, height: u32) -> Result<Option<Vec<u32>>, JsValue> {
         let camera = self.controls.camera.clone();
         let is_moving = self.shown.as_ref().is_none_or(|(shown, _)| *shown != camera);
         let scale = self.scaling.scale(u64::from(width) * u64::from(height), is_moving);
@@ -81,13 +163,62 @@ impl Viewer {
         if self.shown != now {
             (self.shown, self.frames) = (now, 0);
         }
-        if self.frames >= self.session.settings().image.accumulate {
+        if self.frames >= self.first.renderer.settings().image.accumulate {
             return Ok(None);
         }
         let started = Date::now();
-        self.session.frame(&self.controls.camera, size).await?;
+        self.first.frame(&self.session, &self.controls.camera, size).await?;
+        if let Some((second, _)) = &mut self.second {
+            second.frame(&self.session, &self.controls.camera, size).await?;
+        }
         self.scaling.took(u64::from(size[0]) * u64::from(size[1]), Date::now() - started);
         self.frames += 1;
-        self.session.image().await.map(Some)
+        self.present()?;
+        Ok(Some(size.to_vec()))
+    }
+
+    /// The image that is shown, of the first technique.
+    pub async fn image(&self) -> Result<ImageData, JsValue> {
+        self.first.image(&self.session).await
+    }
+
+    /// The view as a shot, which `lanternfish render` renders.
+    pub fn shot(&self) -> Result<String, JsValue> {
+        let (loaded, size) = (&self.session.loaded, self.shown.as_ref().map_or([1280, 720], |(_, size)| *size));
+        let now = shown::Shown {
+            settings: self.first.renderer.settings(),
+            scene: &loaded.scene,
+            camera: &self.controls.camera,
+            eyes: None,
+            size,
+            moment: loaded.moment,
+        };
+        let (shot, _) = loaded.opened.shown(&now).map_err(failed)?;
+        shown::text(&shot).map_err(failed)
+    }
+}
+
+impl Viewer {
+    fn at(&mut self, moment: Moment) -> Result<(), JsValue> {
+        let loaded = &mut self.session.loaded;
+        loaded.moment = Some(moment);
+        if let Some(rain) = &loaded.rain {
+            rain.fall(&mut loaded.scene.lights, moment.time);
+        }
+        if let Some(animation) = moment.animation {
+            let duration = loaded.scene.motion.animations[animation].duration();
+            loaded.scene.pose(animation, if duration > 0.0 { moment.time % duration } else { 0.0 });
+        }
+        self.first.update(&self.session)?;
+        if let Some((second, _)) = &mut self.second {
+            second.update(&self.session)?;
+        }
+        self.shown = None;
+        Ok(())
+    }
+
+    fn present(&self) -> Result<(), JsValue> {
+        let second = self.second.as_ref().map(|(second, _)| Ok::<_, JsValue>((second.texture()?, self.split)));
+        self.canvas.show(&self.session.device, self.first.texture()?, second.transpose()?)
     }
 }

@@ -1,36 +1,40 @@
-// Renders in a headless Chromium, with SwiftShader. Arguments: the page's folder, Chromium, the folder of playwright-core, and a JSON list
-// of steps: `{ source, options, to, lose }`. The image, RGBA, is written to `to`; a `source` that is a path is read; the device is lost
-// after `lose` milliseconds. Then the page itself is used, and a file dropped on it. Prints a JSON object: what each step gave (`ms`,
-// `memory`, `error`), what the page shows, and what it says without WebGPU.
+// Renders in a headless Chromium, with SwiftShader. Arguments: the page's folder, Chromium, the folder of playwright-core, a plan as JSON,
+// and a folder for screenshots. The plan: `steps`, each `{ source, options, to, lose }`: the image, RGBA, is written to `to`; a `source`
+// that is a path is read; the device is lost after `lose` milliseconds. Then the page itself is used, on `scene` with `width` and
+// `height`: `frames` in motion, each of `controls` once, all `papers`, a dropped `file`, a lost device. Prints a JSON object: what each
+// step gave (`ms`, `memory`, `error`), what the page shows, and what it says without WebGPU.
 import { createRequire } from "node:module";
 import { createServer } from "node:http";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
-import { basename, extname, join } from "node:path";
+import { basename, extname, join, normalize } from "node:path";
 
-const [folder, executablePath, modules, steps, file] = process.argv.slice(2);
+const [folder, executablePath, modules, words, images] = process.argv.slice(2);
+const plan = JSON.parse(words);
 const { chromium } = createRequire(join(modules, "x.js"))("playwright-core");
 const types = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
 const server = createServer((request, response) => {
-  const file = join(folder, basename(new URL(request.url, "http://localhost").pathname) || "index.html");
+  const file = join(folder, normalize(new URL(request.url, "http://localhost").pathname).replace(/\/$/, "/index.html"));
   if (!existsSync(file)) return response.writeHead(404).end("none");
   response.writeHead(200, { "Content-Type": types[extname(file)] ?? "application/octet-stream" }).end(readFileSync(file));
 });
 await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
 const address = `http://localhost:${server.address().port}`;
+const library = address + "/" + /lanternfish-\w+/.exec(readFileSync(join(folder, "index.html"), "utf8"))[0] + "/lanternfish.js";
 const browser = await chromium.launch({
   executablePath,
   args: ["--headless=new", "--no-sandbox", "--enable-unsafe-webgpu", "--disable-gpu-sandbox", "--disable-gpu-watchdog",
     "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=swiftshader"],
 });
 const open = async (path, script) => {
-  const page = await browser.newPage();
+  const page = await browser.newPage({ viewport: { width: plan.width, height: plan.height } });
   page.on("console", (message) => console.error(`${message.type()}: ${message.text()}`));
   page.on("pageerror", (error) => console.error(`page: ${error}`));
   await page.addInitScript(script);
   await page.goto(address + path);
   return page;
 };
-try {
+
+async function stills() {
   // A page without content, which loads the module itself.
   const empty = await open("/none", () => {
     const request = GPUAdapter.prototype.requestDevice;
@@ -39,50 +43,121 @@ try {
     };
   });
   const outcomes = [];
-  for (const { source, options, to, lose } of JSON.parse(steps)) {
+  for (const { source, options, to, lose } of plan.steps) {
     const bytes = existsSync(source) ? [...readFileSync(source)] : null;
-    const { rgba, ...outcome } = await empty.evaluate(async ([name, bytes, options, lose]) => {
-      const module = await import("/lanternfish.js");
+    const { rgba, ...outcome } = await empty.evaluate(async ([library, name, bytes, options, lose]) => {
+      const module = await import(library);
       const { memory } = await module.default();
       const started = performance.now();
       if (lose !== undefined) setTimeout(() => globalThis.device.destroy(), lose);
       let rgba = [], error = null;
       try {
-        rgba = [...(await module.render(bytes ? new Uint8Array(bytes) : name, options)).data];
+        rgba = [...(await module.render(bytes ? [[name, new Uint8Array(bytes)]] : name, options)).data];
       } catch (thrown) {
         error = thrown.message;
       }
       return { rgba, error, ms: performance.now() - started, memory: memory.buffer.byteLength };
-    }, [source, bytes, options, lose]);
+    }, [library, bytes ? basename(source) : source, bytes, options, lose]);
     if (to) writeFileSync(to, Buffer.from(rgba));
     console.error(`${source} ${JSON.stringify(options)}: ${JSON.stringify(outcome)}`);
     outcomes.push(outcome);
   }
-  // Frames of a page that is small and has direct light alone: at rest, in motion, and of a file.
-  const shown = await open("/?scene=demo:cornell&indirect=none&accumulate=4", () => {});
-  await shown.setViewportSize({ width: 480, height: 240 });
-  await shown.mouse.move(60, 120);
-  const use = async (wanted, what) => {
-    const before = await shown.evaluate(() => Number(document.getElementById("image").dataset.frames ?? 0));
+  await empty.close();
+  return outcomes;
+}
+
+async function use() {
+  const shown = await open(`/?scene=${plan.scene}&accumulate=4&${plan.options ?? ""}`, () => {});
+  const state = () => shown.evaluate(() => ({ ...document.getElementById("image").dataset, note: document.getElementById("note").textContent }));
+  /** Waits for a frame of `scene` after `what`, or an error, which it returns. */
+  const after = async (what, scene = plan.scene) => {
+    await shown.evaluate(() => Object.assign(document.getElementById("image").dataset, { before: document.getElementById("image").dataset.frames ?? 0, error: "" }));
     await what();
-    await shown.waitForFunction(([wanted, before]) => {
-      const { scene, frames, error } = document.getElementById("image").dataset;
-      return error || (scene === wanted && Number(frames) > before);
-    }, [wanted, wanted === "demo:cornell" ? before : 0], { timeout: 120_000 });
+    await shown.waitForFunction((scene) => {
+      const { scene: now, frames, before, error } = document.getElementById("image").dataset;
+      return error || (now === scene && Number(frames) > (before ?? 0));
+    }, scene, { timeout: 600_000 });
+    return (await state()).error;
   };
+  const pixel = async () => {
+    await shown.evaluate(() => {
+      delete document.getElementById("image").dataset.pixel;
+      lanternfish.pixel(0.5, 0.5);
+    });
+    await shown.waitForFunction(() => document.getElementById("image").dataset.pixel);
+    return (await state()).pixel.split(",").map(Number);
+  };
+  const errors = {};
+  const note = (what, error) => {
+    if (error) errors[what] = error;
+    console.error(`${what}: ${error || "shown"}`);
+  };
+  const started = Date.now();
+  note("first image", await after(() => {}));
+  const first = Date.now() - started, start = Number((await state()).memory);
+  for (let step = 0; step < plan.frames; step++) {
+    const error = await after(() => shown.mouse.move(60, 120).then(() => shown.mouse.wheel(0, step % 2 ? 100 : -100)));
+    if (error) note(`frame ${step}`, error);
+  }
+  const box = await pixel();
+  await shown.screenshot({ path: join(images, "page.png") });
+  const used = [];
+  const change = (id, value) => shown.evaluate(([id, value]) => {
+    const input = document.getElementById(id);
+    [input.value] = [value];
+    input.dispatchEvent(new Event("change"));
+  }, [id, value]);
+  const rows = await shown.evaluate(() => [...document.querySelectorAll("#panel label > [id]")]
+    .filter(({ type }) => type !== "file").map(({ id, value, options }) => ({ id, value, values: [...(options ?? [])].map(({ value }) => value) })));
+  for (const { id, value, values } of plan.controls ? rows : []) {
+    if (plan.skip?.includes(id)) continue;
+    const other = plan.values?.[id] ?? values.filter((it) => it !== value).at(-1) ?? value;
+    used.push(id);
+    note(`${id} ${other}`, await after(() => change(id, other), id === "scene" ? other : plan.scene));
+    note(`${id} ${value}`, await after(() => change(id, value)));
+  }
+  if (plan.papers) {
+    for (const name of await shown.evaluate(() => [...document.querySelectorAll("#papers button")].map(({ textContent }) => textContent))) {
+      const began = Date.now();
+      note(`as ${name}`, await after(() => shown.evaluate((name) => [...document.querySelectorAll("#papers button")].find(({ textContent }) => textContent === name).click(), name)));
+      console.error(`${Date.now() - began} ms`);
+      await shown.screenshot({ path: join(images, `${name.replaceAll(" ", "-")}.png`) });
+    }
+  }
   const drop = (name, text) => shown.evaluate(([name, text]) => {
     const dataTransfer = new DataTransfer();
     dataTransfer.items.add(new File([text], name));
     document.dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
   }, [name, text]);
-  const center = () => shown.evaluate(() => [...document.getElementById("image").getContext("2d").getImageData(
-    document.getElementById("image").width / 2, document.getElementById("image").height / 2, 1, 1).data]);
-  await use("demo:cornell", () => {});
-  for (let step = 0; step < 30; step++) await use("demo:cornell", () => shown.mouse.wheel(0, step % 2 ? 100 : -100));
-  const box = await center();
-  await use("triangle.gltf", () => drop("triangle.gltf", readFileSync(file, "utf8")));
-  const page = { box, dropped: await center(), error: await shown.evaluate(() => document.getElementById("image").dataset.error) };
-  await shown.screenshot({ path: join(file, "../page.png") });
+  let dropped = null, shot = null;
+  if (plan.file) {
+    note("drop", await after(() => drop(basename(plan.file), readFileSync(plan.file, "utf8")), basename(plan.file)));
+    dropped = await pixel();
+    const [download] = await Promise.all([shown.waitForEvent("download"), shown.click("#shot")]);
+    shot = readFileSync(await download.path(), "utf8");
+  }
+  let lost = null;
+  if (plan.lose) {
+    await shown.evaluate(() => (document.getElementById("image").dataset.error = ""));
+    await shown.workers()[0].evaluate(() => {
+      const make = GPUDevice.prototype.createCommandEncoder;
+      GPUDevice.prototype.createCommandEncoder = function (...wanted) {
+        this.destroy();
+        return make.apply(this, wanted);
+      };
+    });
+    await shown.mouse.wheel(0, 100);
+    await shown.waitForFunction(() => document.getElementById("image").dataset.error);
+    lost = (await state()).error;
+    note("after a lost device", await after(() => {}, basename(plan.file)));
+  }
+  const memory = { start, end: Number((await state()).memory) };
+  return { first, box, used, errors, dropped, shot, lost, memory };
+}
+
+try {
+  const outcomes = await stills();
+  const page = await use();
   const without = await open("/", () => delete Navigator.prototype.gpu);
   await without.waitForFunction(() => document.getElementById("note").textContent !== "Starting…");
   console.log(JSON.stringify({ outcomes, page, without: await without.textContent("#note") }));

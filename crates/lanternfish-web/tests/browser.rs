@@ -5,11 +5,12 @@
 use std::{env, fs, path::Path, process::Command};
 
 use lanternfish::{Renderer, Settings, settings::Preset};
+use lanternfish_cli::{opened::Loaded, scene_with_lights, shot};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_gpu_test::gpu_test;
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
 use lanternfish_reference::{Film, Tracer};
-use lanternfish_scene::{LoadOptions, Scene, linear_from_srgb};
+use lanternfish_scene::{Scene, linear_from_srgb};
 use serde_json::{Value, json};
 
 const SIZE: u32 = 96;
@@ -70,8 +71,8 @@ fn energy(image: &RgbImage) -> f64 {
     image.pixels.as_flattened().iter().map(|value| f64::from(linear_from_srgb((255.0 * value).round() as u8))).sum()
 }
 
-/// Runs steps in a browser, and drops a file on the page; what `browser.mjs` prints. None where a program is missing, which is said.
-fn browse(test: &str, steps: &Value, file: &str) -> Option<Value> {
+/// Does what a plan says in a browser; what `browser.mjs` prints. None where a program is missing, which is said.
+fn browse(test: &str, plan: &Value, images: &Path) -> Option<Value> {
     let [page, chromium, modules] =
         ["PAGE", "CHROMIUM", "PLAYWRIGHT"].map(|name| env::var(format!("LANTERNFISH_{name}")));
     let (Ok(page), Ok(chromium), Ok(modules)) = (page, chromium, modules) else {
@@ -79,11 +80,8 @@ fn browse(test: &str, steps: &Value, file: &str) -> Option<Value> {
         return None;
     };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser.mjs");
-    let output = Command::new("node")
-        .arg(script)
-        .args([page, chromium, modules, steps.to_string(), file.to_owned()])
-        .output()
-        .unwrap();
+    let words = [page, chromium, modules, plan.to_string()];
+    let output = Command::new("node").arg(script).args(words).arg(images).output().unwrap();
     println!("{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success());
     Some(serde_json::from_slice(&output.stdout).unwrap())
@@ -108,9 +106,13 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
         cornell(DIRECT, "back"),
         cornell(DIRECT, "again"),
     ]);
-    let Some(browsed) = browse("gpu_a_browser_shows_what_a_program_shows", &steps, &path("triangle.gltf")) else {
-        return;
-    };
+    let plan = json!({
+        "steps": steps, "scene": "demo:cornell", "options": "indirect=none", "width": 480, "height": 240, "frames": 30,
+        "controls": true, "file": path("triangle.gltf"), "lose": true,
+        // Eight samples are more than WebGPU has, and debug views show one frame.
+        "values": { "samples": "1", "debug-view": "" },
+    });
+    let Some(browsed) = browse("gpu_a_browser_shows_what_a_program_shows", &plan, folder.path()) else { return };
     let outcome = |index: usize| &browsed["outcomes"][index];
     for index in [0, 1, 2, 5, 6] {
         assert_eq!(outcome(index)["error"], Value::Null);
@@ -130,9 +132,12 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     // SwiftShader's grid of vertices needs rays that start farther from their surface: a program with such a grid has 1.2 % more light.
     assert!((browsers.0 - 1.0).abs() <= 0.04 && browsers.1 <= own.1 + 0.025);
 
-    let triangle =
-        lanternfish_scene::load_files("scene.glb", &[("scene.glb".into(), TRIANGLE.into())], &LoadOptions::default());
-    let dropped = flip(&native(gpu, &triangle.unwrap(), DIRECT), &of_browser("triangle"));
+    // A file without cameras, as the command line frames it.
+    let shot = shot::with_flags(&path("triangle.gltf").into(), None, &[("size".into(), "96x96".into())]).unwrap();
+    let lit = scene_with_lights(&shot.args).unwrap();
+    let Loaded { scene: mut triangle, camera, .. } = Loaded::of(shot, lit, |_| ()).unwrap();
+    triangle.cameras = vec![camera];
+    let dropped = flip(&native(gpu, &triangle, DIRECT), &of_browser("triangle"));
     println!("a file: FLIP {dropped}");
     assert!(dropped <= 0.01);
 
@@ -141,13 +146,17 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     assert!(outcome(4)["error"].as_str().is_some_and(|error| error.contains("lost")), "{}", outcome(4));
     assert!(fs::read(path("back")).unwrap() == fs::read(path("direct")).unwrap());
     assert_eq!(outcome(5)["memory"], outcome(6)["memory"]);
-    // The page moved without an error, and shows the blue triangle after the white wall.
-    let (page, color) = (&browsed["page"], |name: &str| browsed["page"][name].as_array().unwrap().clone());
-    assert_eq!(page["error"], Value::Null);
+    // The page moved and changed without an error, and shows the blue triangle after the white wall.
+    let page = &browsed["page"];
+    assert_eq!(page["errors"], json!({}));
+    assert!(page["lost"].as_str().is_some_and(|error| error.contains("lost")), "{}", page["lost"]);
+    assert!(page["used"].as_array().unwrap().len() > 30, "{page}");
+    let color = |name: &str| page[name].as_array().unwrap().clone();
     assert!(
         color("box")[0].as_u64() > color("box")[2].as_u64()
             && color("dropped")[0].as_u64() < color("dropped")[2].as_u64(),
         "{page}"
     );
+    assert!(page["shot"].as_str().is_some_and(|shot| shot.contains("scene = \"triangle.gltf\"")), "{}", page["shot"]);
     assert!(browsed["without"].as_str().is_some_and(|note| note.contains("WebGPU")), "{}", browsed["without"]);
 }

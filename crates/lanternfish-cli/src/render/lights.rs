@@ -59,11 +59,13 @@ fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, Cl
 
 /// The scene with the lights of these flags, at 0 s, and its motion.
 pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Option<Motion>), CliError> {
-    let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
-        let mut scene = scene::load_part(&args.scene, &args.part)?;
-        let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
-        Ok::<_, CliError>((scene, rain))
-    })?;
+    progress.step("load", &format!("Loading {}", args.scene), || scene_with_lights(args))
+}
+
+/// The same where nothing is told of.
+pub fn scene_with_lights(args: &RenderArgs) -> Result<(Scene, Option<Motion>), CliError> {
+    let mut scene = scene::load_part(&args.scene, &args.part)?;
+    let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
     let motion = Motion::of(&scene, &args.track, rain)?;
     motion.iter().try_for_each(|motion| motion.at_time(&mut scene, 0.0))?;
     Ok((scene, motion))

@@ -24,7 +24,7 @@ use lanternfish_metrics::Animation;
 use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
-pub use self::lights::{apply_lights, lit_scene};
+pub use self::lights::{apply_lights, lit_scene, scene_with_lights};
 use self::{existing::Expected, renderings::RenderedImages};
 use crate::{
     args::RenderArgs,

@@ -12,7 +12,7 @@ mod camera_path;
 mod frames;
 mod keys;
 mod read;
-pub(crate) mod shown;
+pub mod shown;
 mod track;
 mod write;
 
@@ -26,6 +26,7 @@ use std::{
 };
 
 use clap::{ArgMatches, parser::ValueSource};
+use lanternfish_scene::nearest;
 
 use crate::{args::RenderArgs, ending::has_ending, error::CliError, output, paper, scene::SceneName};
 use camera_path::{CameraPath, RecordedPath};
@@ -100,14 +101,49 @@ pub fn is_shot(source: &SceneName) -> bool {
 
 /// Reads a shot, or a recording as a shot. `flags` (id and value) override its keys.
 pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
-    let keys = keys::keys();
     let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
     let size = fs::metadata(path).map_err(|error| failed(&error, "check the path"))?;
     if !size.is_file() || size.len() > MOST_BYTES {
         return Err(failed(&"this is no shot", "name a scene, or a shot: a .toml file"));
     }
     let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
-    let read::File { scene, words, path: camera_path } = read::file(path, &text, &keys)?;
+    let shot = of_text(path, &text, flags)?;
+    if shot.args.run.report.as_ref().is_some_and(|report| output::same_file(report, path)) {
+        return Err(failed(&"both the shot and --report", "give them different names"));
+    }
+    Ok(shot)
+}
+
+/// The scene of this name, or the shot with this text, with flags by their names.
+pub fn with_flags(scene: &SceneName, text: Option<&str>, flags: &[(String, String)]) -> Result<Shot, CliError> {
+    let keys = keys::keys();
+    let word = |(name, value): &(String, String)| {
+        let failed = |what: String, hint| CliError::new(format!("{name} {value}: {what}"), hint);
+        let key = keys.iter().find(|key| key.is_called(name)).ok_or_else(|| {
+            let nearest = nearest(name, &keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
+            failed("no such setting".to_owned(), format!("it may be {nearest}"))
+        })?;
+        let value = OsString::from(value);
+        match key.refused(std::slice::from_ref(&value)) {
+            Some((_, what)) => Err(failed(what, String::new())),
+            None => Ok((key.id.clone(), value)),
+        }
+    };
+    let words = paper::expanded(flags.iter().map(word).collect::<Result<_, _>>()?);
+    let shot = match text {
+        Some(text) => of_text(scene.path(), text, words)?,
+        None => {
+            let args = parsed(scene, &words, &keys).map_err(|error| refused(scene, &error))?;
+            Shot { args, path: None, words }
+        }
+    };
+    shot.check()?;
+    Ok(shot)
+}
+
+fn of_text(path: &Path, text: &str, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
+    let keys = keys::keys();
+    let read::File { scene, words, path: camera_path } = read::file(path, text, &keys)?;
     let mut words = paper::expanded(words);
 
     // A time or frames on the command line replace both keys of the shot. An orbit may have both.
@@ -131,9 +167,6 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
         let mut name = path.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
         args.output.output = Some(PathBuf::from(name));
-    }
-    if args.run.report.as_ref().is_some_and(|report| output::same_file(report, path)) {
-        return Err(failed(&"both the shot and --report", "give them different names"));
     }
     Ok(Shot { args, path: camera_path, words })
 }

@@ -1,8 +1,10 @@
 //! Reading files whose paths come from scene files or the user.
 
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use lanternfish_limits::memory::{Budget, TooMuch};
 
@@ -45,6 +47,22 @@ pub(crate) struct Files<'a> {
 
 /// Files in memory, by their paths.
 pub(crate) type Held = [(PathBuf, Vec<u8>)];
+
+thread_local! {
+    static HELD: RefCell<Rc<Held>> = RefCell::new(Rc::new([]));
+}
+
+/// Files that a thread reads in place of those on disk, if there are any, from now on: a browser has no disk. They are found as by
+/// [`load_files`](crate::load_files).
+#[doc(hidden)]
+pub fn hold_files(files: Vec<(PathBuf, Vec<u8>)>) {
+    HELD.set(files.into());
+}
+
+/// The files that this thread holds.
+pub(super) fn held() -> Option<Rc<Held>> {
+    HELD.with_borrow(|files| (!files.is_empty()).then(|| files.clone()))
+}
 
 impl<'a> Files<'a> {
     /// The files of the scene at `path`: those that are held, or on disk. An error if `options` confine them to its folder and that cannot be resolved.
@@ -149,7 +167,8 @@ fn unresolved(path: &Path, folder: &Path, error: io::Error) -> FileError {
 
 /// The content of a file that the user names, within `budget`.
 pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, SceneError> {
-    Files { budget, folder: PathBuf::new(), held: None, confined_to: None }.scene(path)
+    let held = held();
+    Files { budget, folder: PathBuf::new(), held: held.as_deref(), confined_to: None }.scene(path)
 }
 
 fn open_regular(path: &Path) -> io::Result<File> {

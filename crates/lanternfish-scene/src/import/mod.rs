@@ -12,6 +12,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use files::Held;
+pub use files::hold_files;
 pub(crate) use files::read as read_file;
 pub use options::{LoadOptions, UpAxis};
 
@@ -72,7 +73,7 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
         has_no_parts(path, options)?;
         return crate::generate::demo(name);
     }
-    read(path, options, None)
+    read(path, options, files::held().as_deref())
 }
 
 /// Reads a scene from memory: the file of `files` whose path is `path`. What it names is found among the others, by path or else by file

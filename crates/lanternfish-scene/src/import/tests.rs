@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use crate::{LoadOptions, SceneError, UpAxis, load, load_files, load_with};
+use crate::{LoadOptions, SceneError, UpAxis, hold_files, load, load_files, load_with};
 
 const CONFINED: LoadOptions =
     LoadOptions { scene: None, variant: None, up: UpAxis::Y, confine: true, memory_limit: None };
@@ -264,4 +264,11 @@ fn a_scene_is_read_from_memory() {
     let path = place.path("scene/scene.gltf");
     assert!(load(&[(path.to_str().unwrap(), &json)], None).is_err(), "a file beside it was read");
     assert!(matches!(load(&[("s.gltf", &json), ("deep.bin", &zeros)], Some(100)), Err(SceneError::TooMuch { .. })));
+    // The same of a thread that holds files.
+    let held = [("s.gltf", &json[..]), ("deep.bin", &zeros[..])].map(|(name, bytes)| (name.into(), bytes.to_vec()));
+    hold_files(held.to_vec());
+    assert_eq!(positions(&crate::load("there/s.gltf").unwrap()), positions(&on_disk));
+    assert!(crate::load(path).is_err(), "a file on disk was read");
+    hold_files(Vec::new());
+    assert!(crate::load("there/s.gltf").is_err());
 }
