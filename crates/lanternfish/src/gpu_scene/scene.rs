@@ -9,7 +9,7 @@ use super::{
     shaders::SoftShadows,
     tracing::{
         Tracing,
-        bvh::{self, Bvh},
+        bvh::{self, Bvh, Upper},
         emissive,
         hits::Hits,
         panes::Pane,
@@ -70,6 +70,8 @@ pub struct GpuScene {
     pub(super) materials: Materials,
     pub(super) soft_shadows: wgpu::Buffer,
     pub(super) bvh: Option<Bvh>,
+    /// The tree over instances, if the BVH has two levels.
+    pub(super) upper: Option<Upper>,
     pub(super) tlas: Option<Tlas>,
     pub(super) masks: wgpu::Buffer,
     /// Thin surfaces through which shadow rays pass in part.
@@ -200,6 +202,7 @@ impl GpuScene {
                 &SoftShadows { rays: needs.lights.shadow_rays },
             ),
             bvh,
+            upper: Upper::of(&tracing),
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
             panes: std::mem::take(&mut tracing.panes),

@@ -76,6 +76,9 @@ pub struct Tracing {
     pub parts: Vec<Part>,
     /// Instances with a tree below them: see `levels.rs`.
     pub levels: Vec<Level>,
+    /// Nodes of the tree over them, and its triangles, if there are any.
+    pub upper_nodes: usize,
+    pub upper_count: usize,
     /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a
     /// [`MaskHeader`] for each way of reading an image; a [`panes::Block`] for each pane's material; the images' alpha,
     /// a byte a texel, each aligned to a word.
@@ -134,7 +137,7 @@ impl Tracing {
         }
         let (masks, panes) = pack_masks(scene, &mut records, mask_bytes);
         let record_count = records.len();
-        Self { triangles, parts, levels: Vec::new(), masks, panes, record_count, hulls: HashMap::new() }
+        Self { triangles, parts, masks, panes, record_count, ..Self::default() }
     }
 
     /// Reorders the triangles, and the mask records with them.

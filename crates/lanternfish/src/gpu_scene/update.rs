@@ -108,7 +108,14 @@ impl GpuScene {
             }
             return Ok(());
         }
-        if self.needs.parts.instances {
+        if self.upper.is_some() {
+            let may_have_moved = |(i, transform): &(usize, glam::Affine3A)| self.placed.may_have_moved(*i, transform);
+            let moved: Vec<_> = transforms(scene).enumerate().filter(may_have_moved).collect();
+            if bent.is_empty() && self.check_levels(&moved).is_ok() {
+                self.update_levels(queue, &moved);
+                self.placed.is_unsure = false;
+                return Ok(());
+            }
             let unchanged = self.unchanged(&outline);
             *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());

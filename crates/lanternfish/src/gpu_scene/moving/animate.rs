@@ -102,7 +102,7 @@ impl GpuScene {
         }
         let moved: Vec<(usize, Affine3A)> = moved.into_iter().collect();
         self.check_shining(&moved)?;
-        self.check_levels()?;
+        self.check_levels(&moved)?;
         let lights = self.changed_lights(scene, pose)?;
         Ok(Step { moved, bend, lights })
     }

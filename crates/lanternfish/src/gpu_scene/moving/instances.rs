@@ -4,7 +4,10 @@ use glam::Affine3A;
 use lanternfish_gpu::Frame;
 
 use super::{
-    super::scene::GpuScene,
+    super::{
+        scene::GpuScene,
+        tracing::levels::{Place, place_of},
+    },
     passes::Moving,
     rebuild::Rebuild,
     sent::Sent,
@@ -29,12 +32,27 @@ impl GpuScene {
         }
     }
 
-    /// An error if the triangles are in two levels: only an update moves them.
-    pub(super) fn check_levels(&self) -> Result<(), RenderError> {
-        match self.needs.parts.instances {
-            false => Ok(()),
-            true => Err(RenderError::NeedsUpdate { what: "its triangles are in two levels".to_owned() }),
+    /// An error if the BVH has two levels, and any of these instances has no tree below it, or is so flat that it needs its own triangles.
+    pub(in crate::gpu_scene) fn check_levels(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
+        let Some(upper) = &self.upper else { return Ok(()) };
+        let fits = |(instance, transform): &&(usize, Affine3A)| {
+            upper.of_instance.contains_key(instance) && place_of(transform) == Place::Level
+        };
+        match moved.iter().find(|one| !fits(one)) {
+            None => Ok(()),
+            Some((instance, _)) => Err(RenderError::NeedsUpdate {
+                what: format!("instance {instance} has its triangles in the tree over instances"),
+            }),
         }
+    }
+
+    /// Moves instances with a tree below them, and refits the tree over them on the host.
+    fn put_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)]) -> Sent {
+        let (Some(upper), Some(bvh)) = (&mut self.upper, &mut self.bvh) else { return Sent::default() };
+        for (instance, transform) in moved {
+            upper.levels[upper.of_instance[instance]].world_from_object = *transform;
+        }
+        Sent { bytes: upper.send(queue, bvh), ..Sent::default() }
     }
 
     /// See [`crate::Renderer::move_instances`].
@@ -45,7 +63,7 @@ impl GpuScene {
     ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
         self.check_shining(moved)?;
-        self.check_levels()?;
+        self.check_levels(moved)?;
         // The last entry for an instance counts.
         let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
         last.sort_by_key(|(instance, _)| *instance);
@@ -106,7 +124,9 @@ impl GpuScene {
     /// read as the previous passes have written them.
     pub(super) fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         let mut sent = Sent::default();
-        if self.needs.parts.rays() && !moved.is_empty() {
+        if self.upper.is_some() {
+            sent = self.put_levels(frame.queue, moved);
+        } else if self.needs.parts.rays() && !moved.is_empty() {
             let moving = match self.moving.take() {
                 Some(moving) => moving,
                 None => Moving::new(self)?,
@@ -117,16 +137,28 @@ impl GpuScene {
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
         // No errors from here on.
-        self.before_instances_move(frame.queue);
+        sent.bytes += self.stand(frame.queue, moved);
+        Ok(sent)
+    }
+
+    /// The same for an update, if the BVH has two levels.
+    pub(in crate::gpu_scene) fn update_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)]) {
+        self.put_levels(queue, moved);
+        self.stand(queue, moved);
+    }
+
+    /// Stores transforms, and places what is drawn. Returns the bytes that it has uploaded.
+    fn stand(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)]) -> u64 {
+        self.before_instances_move(queue);
         if self.placed.mirrors_others(moved.iter().copied()) {
             self.forget_previous();
         }
         for (instance, transform) in moved {
             self.placed.set_transform(*instance, *transform);
         }
-        sent.bytes += self.geometry.place(frame.queue, self.placed.stands());
+        let bytes = self.geometry.place(queue, self.placed.stands());
         self.has_placed();
         self.placed.moved();
-        Ok(sent)
+        bytes
     }
 }

@@ -1,5 +1,7 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
+use std::collections::HashMap;
+
 use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -53,7 +55,7 @@ impl Bvh {
     ) -> Result<Self, RenderError> {
         let none = wgpu::BufferUsages::empty();
         let mut elements = packed(triangles, light_leaves);
-        place_levels(&mut elements, triangles, levels);
+        place_levels(&mut elements, triangles.len(), triangles, levels);
         Ok(Self {
             nodes: nodes(device, &tree)?,
             triangles: storage_buffer_of(device, "scene/bvh_triangles", &elements, none)?,
@@ -103,6 +105,49 @@ impl Bvh {
     }
 }
 
+/// The tree over instances, on the host: see `levels.rs`.
+#[derive(Debug)]
+pub struct Upper {
+    pub levels: Vec<Level>,
+    /// The level of each of the scene's instances that has one.
+    pub of_instance: HashMap<usize, usize>,
+    nodes: usize,
+    triangles: Vec<TracedTriangle>,
+    /// Triangles in all trees.
+    count: usize,
+}
+
+impl Upper {
+    /// None if the scene is in one level.
+    pub fn of(tracing: &Tracing) -> Option<Self> {
+        let instances = tracing.levels.iter().enumerate();
+        (!tracing.levels.is_empty()).then(|| Self {
+            levels: tracing.levels.clone(),
+            of_instance: instances.map(|(index, level)| (level.instance as usize, index)).collect(),
+            nodes: tracing.upper_nodes,
+            triangles: tracing.triangles[..tracing.upper_count].to_vec(),
+            count: tracing.triangles.len(),
+        })
+    }
+
+    /// Writes the instances' boxes and transforms, and refits the tree over them. Returns the number of bytes.
+    pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh) -> u64 {
+        for triangle in self.triangles.iter_mut().filter(|triangle| triangle.source.part == BOX) {
+            triangle.corners = self.levels[triangle.source.triangle as usize].corners();
+        }
+        let nodes = &mut bvh.tree[..self.nodes];
+        refit(nodes, &self.triangles);
+        queue.write_buffer(&bvh.nodes, 0, bytemuck::cast_slice(nodes));
+        let mut elements = packed(&self.triangles, &[]);
+        place_levels(&mut elements, self.count, &self.triangles, &self.levels);
+        let (upper, transforms) = elements.split_at(self.triangles.len());
+        queue.write_buffer(&bvh.triangles, 0, bytemuck::cast_slice(upper));
+        let first = (self.count * size_of::<BvhTriangle>()) as u64;
+        queue.write_buffer(&bvh.triangles, first, bytemuck::cast_slice(transforms));
+        (size_of_val(nodes) + size_of_val(&elements[..])) as u64
+    }
+}
+
 fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, RenderError> {
     let mut roomy = Vec::with_capacity(tree.len() + tree.len() / SPARE + 1);
     roomy.extend_from_slice(tree);
@@ -121,12 +166,11 @@ fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhT
     packed
 }
 
-/// Writes the leaves of instances, and appends what transforms their rays.
-fn place_levels(elements: &mut Vec<BvhTriangle>, triangles: &[TracedTriangle], levels: &[Level]) {
-    let first = elements.len() as u32;
+/// Writes the leaves of instances, and appends what transforms their rays, from the index `first` on.
+fn place_levels(elements: &mut Vec<BvhTriangle>, first: usize, triangles: &[TracedTriangle], levels: &[Level]) {
     for (element, triangle) in elements.iter_mut().zip(triangles).filter(|(_, triangle)| triangle.source.part == BOX) {
         let level = triangle.source.triangle;
-        *element = levels[level as usize].leaf(triangle.corners, first + level);
+        *element = levels[level as usize].leaf(triangle.corners, first as u32 + level);
     }
     elements.extend(levels.iter().map(Level::transform));
 }

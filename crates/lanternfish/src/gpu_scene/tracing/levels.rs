@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::{Affine3A, DMat3, Vec3};
 use lanternfish_scene::{
-    Bounds, Instance, Scene,
+    Bounds, Instance, Primitive, Scene,
     bvh::{self, Effort},
 };
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -40,38 +40,55 @@ pub enum Place {
 pub fn places(scene: &Scene) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
-    // What a pane lets pass depends on its normal in world space.
-    let has_pane = |mesh: usize| scene.meshes[mesh].primitives.iter().any(|p| scene.materials[p.material].is_pane());
-    let shared: Vec<bool> = (0..counts.len()).map(|mesh| counts[mesh] > 1 && !has_pane(mesh)).collect();
-    let place = |instance: &Instance| {
-        if !shared[instance.mesh] {
-            return Place::Flat;
-        }
-        let columns = instance.world_from_object.matrix3.to_cols_array_2d().map(|c| Vec3::from(c).as_dvec3());
-        let [x, y, z] = columns;
-        let volume = x.dot(y.cross(z)).abs();
-        match volume > LEAST_VOLUME * x.length() * y.length() * z.length() {
-            true if volume.is_finite() => Place::Level,
-            _ if [x.cross(y), y.cross(z), z.cross(x)].iter().all(|area| area.length_squared() == 0.0) => Place::Nowhere,
-            _ => Place::Flat,
-        }
+    // What a pane lets pass depends on its normal in world space; a mesh that bends would need its tree again.
+    let stays_flat =
+        |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
+    let is_flat = |mesh: usize| scene.meshes[mesh].primitives.iter().any(stays_flat);
+    let shared: Vec<bool> = (0..counts.len()).map(|mesh| counts[mesh] > 1 && !is_flat(mesh)).collect();
+    let place = |instance: &Instance| match shared[instance.mesh] {
+        true => place_of(&instance.world_from_object),
+        false => Place::Flat,
     };
     scene.instances.iter().map(place).collect()
+}
+
+/// How an instance of a mesh that has a tree is placed.
+pub fn place_of(world_from_object: &Affine3A) -> Place {
+    let [x, y, z] = world_from_object.matrix3.to_cols_array_2d().map(|column| Vec3::from(column).as_dvec3());
+    let volume = x.dot(y.cross(z)).abs();
+    match volume > LEAST_VOLUME * x.length() * y.length() * z.length() {
+        true if world_from_object.is_finite() => Place::Level,
+        _ if [x.cross(y), y.cross(z), z.cross(x)].iter().all(|area| area.length_squared() == 0.0) => Place::Nowhere,
+        _ => Place::Flat,
+    }
 }
 
 /// An instance with a tree of its mesh below it.
 #[derive(Clone, Debug)]
 pub struct Level {
-    pub mesh: u32,
-    world_from_object: Affine3A,
+    /// Index into the scene's instances.
+    pub instance: u32,
+    mesh: u32,
+    /// Its transform.
+    pub world_from_object: Affine3A,
     /// Index of its mesh's first node.
     root: u32,
+    /// The box of its mesh.
+    bounds: Bounds,
 }
 
 impl Level {
-    pub fn new(scene: &Scene, instance: u32) -> Self {
-        let instance = &scene.instances[instance as usize];
-        Self { mesh: instance.mesh as u32, world_from_object: instance.world_from_object, root: 0 }
+    pub fn new(scene: &Scene, index: u32) -> Self {
+        let instance = &scene.instances[index as usize];
+        let (mesh, world_from_object) = (instance.mesh as u32, instance.world_from_object);
+        Self { instance: index, mesh, world_from_object, root: 0, bounds: Bounds::EMPTY }
+    }
+
+    /// Corners of a triangle with the instance's box.
+    pub fn corners(&self) -> [Vec3; 3] {
+        let own = self.bounds.transformed(&self.world_from_object);
+        let pad = PAD * (own.min.abs().max(own.max.abs()).max_element() + own.size().max_element());
+        [own.min - pad, own.max + pad, own.max + pad]
     }
 
     /// The box's element. `element`: index of the other one.
@@ -122,13 +139,11 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         of_mesh.into_par_iter().map(|(mesh, indices)| (mesh, Below::new(tracing, &indices))).collect();
     // A mesh without traced triangles has no tree.
     tracing.levels.retain(|level| trees.contains_key(&level.mesh));
-    for (index, level) in (0..).zip(&tracing.levels) {
-        let own = trees[&level.mesh].bounds.transformed(&level.world_from_object);
-        let pad = PAD * (own.min.abs().max(own.max.abs()).max_element() + own.size().max_element());
-        let (min, max) = (own.min - pad, own.max + pad);
+    for (index, level) in (0..).zip(&mut tracing.levels) {
+        level.bounds = trees[&level.mesh].bounds;
         let source = Source { part: BOX, triangle: index, ..Source::default() };
         upper.push(tracing.triangles.len() as u32);
-        tracing.triangles.push(TracedTriangle { corners: [min, max, max], source });
+        tracing.triangles.push(TracedTriangle { corners: level.corners(), source });
     }
     let boxes: Vec<Aabb> = upper.par_iter().map(|index| tracing.bounds(&tracing.triangles[*index as usize])).collect();
     let mut nodes = vec![CwBvhNode::default()];
@@ -138,6 +153,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         nodes = built.nodes;
         order.extend(built.primitive_indices.iter().map(|index| upper[*index as usize]));
     }
+    let (upper_nodes, upper_count) = (nodes.len(), order.len());
     let mut roots = BTreeMap::new();
     for (mesh, below) in trees {
         let (first_node, first_leaf) = (nodes.len() as u32, order.len() as u32);
@@ -151,5 +167,6 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     }
     tracing.levels.iter_mut().for_each(|level| level.root = roots[&level.mesh]);
     tracing.reorder(&order);
+    (tracing.upper_nodes, tracing.upper_count) = (upper_nodes, upper_count);
     nodes
 }

@@ -1,5 +1,8 @@
 //! A compressed wide BVH over instances, each of which leads into the BVH of its mesh, walked in compute: exact.
 
+#[cfg(test)]
+mod tests;
+
 use lanternfish_gpu::Feature;
 
 use super::TracerInfo;

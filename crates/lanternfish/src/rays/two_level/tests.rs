@@ -1,0 +1,177 @@
+//! Two levels against the flattened scene, and moves in them against another upload.
+
+use glam::{Affine3A, Mat3A, Vec3};
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
+use lanternfish_scene::{
+    AlphaMode, Camera, Image, Instance, Light, Material, Mesh, Sampler, Scene, Texture, TextureRef,
+};
+
+use crate::{
+    GpuScene, RenderError, Renderer, Settings,
+    rays::{RayTracer, TracedRay},
+    settings::{Shadows, Tracer},
+    testing::{Random, looking, quad, scene_of},
+};
+
+/// A floor, a mesh of solid and masked leaves with `count` instances, of which some are mirrored, sheared, small, flat or have no size, and
+/// one instance of another mesh.
+fn copies(count: usize) -> Scene {
+    let mut random = Random::new(7);
+    let alpha = [0, 255, 255, 0].into_iter().flat_map(|alpha| [200, 120, 80, alpha]).collect();
+    let masked = Material {
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        base_color_texture: Some(TextureRef { texture: 0, uv_set: 0, texture_from_uv: Default::default() }),
+        double_sided: true,
+        ..Material::default()
+    };
+    let solid = Material { double_sided: true, ..Material::default() };
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, 30.0 * Vec3::X, -30.0 * Vec3::Z)], vec![solid, masked]);
+    scene.images.push(Image { width: 2, height: 2, rgba: alpha, ..Image::default() });
+    scene.samplers.push(Sampler::default());
+    scene.textures.push(Texture { image: 0, sampler: 0 });
+    let leaf = |i: usize| {
+        let right = random.direction();
+        let up = right.cross(random.direction()).normalize();
+        quad(i % 2, random.point(), 0.3 * right, 0.3 * up)
+    };
+    let leaves = (0..40).map(leaf).collect();
+    scene.meshes.push(Mesh { name: "leaves".to_owned(), primitives: leaves });
+    scene.meshes.push(Mesh { name: "one".to_owned(), primitives: vec![quad(0, Vec3::Y, Vec3::X, Vec3::Y)] });
+    for i in 0..count {
+        let rotation = Mat3A::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+        let [x, y, z] = match i % 8 {
+            1 => [-1.0, 1.0, 1.0],
+            2 => [0.01, 0.01, 0.01],
+            3 if i < 16 => [1.0, 0.0, 1.0],
+            4 if i < 16 => [0.0, 0.0, 0.0],
+            5 => [2.0, 0.5, 1.0],
+            _ => [1.0, 1.0, 1.0],
+        };
+        let mut matrix3 = rotation * Mat3A::from_diagonal(Vec3::new(x, y, z));
+        if i % 8 == 6 {
+            matrix3 *= Mat3A::from_cols_array(&[1.0, 0.0, 0.0, 0.7, 1.0, 0.0, 0.2, -0.4, 1.0]);
+        }
+        let place = Vec3::new(20.0, 1.0, 20.0) * (random.point() - Vec3::new(0.0, -2.0, 0.0));
+        let world_from_object = Affine3A { matrix3, translation: place.into() };
+        scene.instances.push(Instance { name: String::new(), mesh: 1, world_from_object });
+    }
+    scene.instances.push(Instance { name: String::new(), mesh: 2, world_from_object: Affine3A::IDENTITY });
+    scene.lights.push(Light::directional(Vec3::new(0.3, -1.0, -0.2), Vec3::splat(3.0)));
+    assert_eq!(scene.validate(), Ok(()));
+    scene
+}
+
+fn camera() -> Camera {
+    looking([4.0, 9.0, 26.0], [0.0, 1.0, 0.0])
+}
+
+fn settings(tracer: Tracer) -> Settings {
+    Settings::direct_light().with_shadows(Shadows::Traced(tracer)).with_samples(crate::settings::Samples::One)
+}
+
+fn renderer(gpu: &Gpu, tracer: Tracer) -> Renderer {
+    Renderer::with_engine(&testing::engine(gpu), settings(tracer)).unwrap()
+}
+
+fn distances(gpu: &Gpu, uploaded: &GpuScene, tracer: Tracer, rays: &[TracedRay]) -> Vec<f32> {
+    let traced = RayTracer::of(&gpu.device, &[tracer]).unwrap();
+    let buffer = traced.upload(&gpu.device, rays).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let actual = traced.record(&mut frame, uploaded, tracer, None, &buffer, rays.len() as u32).unwrap();
+    frame.submit();
+    read_back(&gpu.device, &gpu.queue, &actual, rays.len()).unwrap()
+}
+
+fn rays(count: usize) -> Vec<TracedRay> {
+    let mut random = Random::new(3);
+    let ray = |_| {
+        let origin = Vec3::new(22.0, 3.0, 22.0) * random.point() + Vec3::new(0.0, 2.0, 0.0);
+        TracedRay::new(origin, random.direction(), 0.0, 0, false)
+    };
+    (0..count).map(ray).collect()
+}
+
+/// Rays whose distances differ, of those that hit.
+fn differing(a: &[f32], b: &[f32]) -> [usize; 2] {
+    let is_other = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-4 * a.abs().max(1.0);
+    [a.iter().zip(b).filter(is_other).count(), a.iter().filter(|t| **t > 0.0).count()]
+}
+
+#[gpu_test]
+fn gpu_rays_hit_the_same_in_two_levels(gpu: &Gpu) {
+    let (scene, rays) = (copies(300), rays(20_000));
+    let uploaded = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| renderer(gpu, tracer).upload(&scene).unwrap());
+    let count = |name: &str| {
+        uploaded[1].counters().iter().find(|(own, _)| own == name).map(|(_, count)| *count as usize).unwrap()
+    };
+    // All but two flat ones and two without size.
+    assert_eq!(count("scene/traced_instances"), 296);
+    assert!(count("scene/traced_triangles") < 700, "{}", count("scene/traced_triangles"));
+    let [flat, two] = [(&uploaded[0], Tracer::BVH), (&uploaded[1], Tracer::TWO_LEVEL)]
+        .map(|(uploaded, tracer)| distances(gpu, uploaded, tracer, &rays));
+    let [wrong, hits] = differing(&flat, &two);
+    println!("{wrong} of {hits} hits differ");
+    assert!(wrong <= hits / 2000 && hits > 5000, "{wrong} of {hits}");
+    // The comparison sees an instance that is missing.
+    let mut less = scene.clone();
+    less.instances.remove(10);
+    let uploaded = renderer(gpu, Tracer::TWO_LEVEL).upload(&less).unwrap();
+    assert!(differing(&flat, &distances(gpu, &uploaded, Tracer::TWO_LEVEL, &rays))[0] > wrong + 10);
+}
+
+#[gpu_test]
+fn gpu_images_are_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
+    let mut scene = copies(200);
+    let size = [96, 64];
+    let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| renderer(gpu, tracer));
+    let mut uploaded = two.upload(&scene).unwrap();
+    let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
+        renderer.render(uploaded, &camera(), size).unwrap().display.as_flattened().to_vec()
+    };
+    let fresh = |renderer: &mut Renderer, scene: &Scene| {
+        let uploaded = renderer.upload(scene).unwrap();
+        image(renderer, &uploaded)
+    };
+    let off = |a: &[u8], b: &[u8]| a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count();
+    let first = image(&mut two, &uploaded);
+    assert!(off(&fresh(&mut flat, &scene), &first) <= 6);
+    let mut random = Random::new(11);
+    for step in 0..6 {
+        let moved: Vec<(usize, Affine3A)> = (0..60)
+            .map(|i| {
+                // No flat ones and no others.
+                let instance = 20 + 3 * i;
+                let shift = Affine3A::from_translation(2.0 * random.point());
+                (instance, shift * scene.instances[instance].world_from_object)
+            })
+            .collect();
+        moved.iter().for_each(|(instance, transform)| scene.instances[*instance].world_from_object = *transform);
+        match step % 2 {
+            0 => {
+                let sent = two.move_instances(&mut uploaded, &moved).unwrap();
+                assert!(sent.bytes > 0 && sent.bytes < 100_000, "{sent:?}");
+            }
+            _ => two.update(&mut uploaded, &scene).unwrap(),
+        }
+        let shown = image(&mut two, &uploaded);
+        assert_eq!(shown, fresh(&mut two, &scene), "step {step}");
+        assert!(off(&shown, &first) > 100, "nothing has moved");
+    }
+    // The floor has no tree of its own, and a flat copy neither.
+    let scaled = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
+    for wrong in [(0, Affine3A::from_translation(Vec3::Y)), (20, scaled)] {
+        assert!(matches!(two.move_instances(&mut uploaded, &[wrong]), Err(RenderError::NeedsUpdate { .. })));
+        scene.instances[wrong.0].world_from_object = wrong.1;
+        two.update(&mut uploaded, &scene).unwrap();
+        assert_eq!(image(&mut two, &uploaded), fresh(&mut two, &scene));
+    }
+}
+
+#[gpu_test]
+fn gpu_light_of_hits_needs_one_level(gpu: &Gpu) {
+    let with = |settings: Settings| Renderer::with_engine(&testing::engine(gpu), settings).err();
+    let indirect = settings(Tracer::TWO_LEVEL).with_indirect(crate::techniques::Sampled::default());
+    assert!(matches!(with(indirect), Some(RenderError::Together { .. })));
+    assert!(with(settings(Tracer::TWO_LEVEL)).is_none());
+}
