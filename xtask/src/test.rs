@@ -57,10 +57,10 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         })?;
     }
 
-    let page = if selection.includes(web::TEST) { web::for_test()? } else { Vec::new() };
+    let browser = web::for_tests(|test| selection.includes(test))?;
     let list = List::new();
     let prepare = |mut command: Command| {
-        command.env("LANTERNFISH_LEFT_OUT", &list.0).envs(page.iter().map(|(name, value)| (name, value)));
+        command.env("LANTERNFISH_LEFT_OUT", &list.0).envs(browser.iter().map(|(name, value)| (name, value)));
         keep_shaders(&mut command);
         if selection.is_quick {
             command.env("LANTERNFISH_TEST_ADAPTER", NO_ADAPTER);

@@ -51,17 +51,33 @@ fn full(page: &Path) -> Result<(), String> {
 }
 
 /// The test that renders in a browser.
-pub const TEST: &str = "gpu_a_browser_shows_what_a_program_shows";
+const RENDERS: &str = "gpu_a_browser_shows_what_a_program_shows";
+
+/// Tests that compile shaders in a browser.
+const COMPILE: [&str; 3] = [
+    "shaders::tests::every_variant_validates_and_fits_the_floor_and_shares_its_structs",
+    "testing::every_shader::every_variant_validates_and_fits_the_floor_and_shares_its_structs",
+    "shaders::tests::a_shader_that_only_a_browser_refuses_is_reported",
+];
 
 /// The package that drives a browser.
 const PLAYWRIGHT: &str = "playwright-core@1.65.1";
 
-/// Builds the page and fetches what the test needs. Returns its environment, empty if this machine cannot run it; the test says so.
-pub fn for_test() -> Result<Vec<(&'static str, PathBuf)>, String> {
-    let Some([chromium, modules]) = browser()?.filter(|_| has_target()) else { return Ok(Vec::new()) };
-    let page = workspace().join(FOLDER);
-    build(&page)?;
-    Ok(vec![("LANTERNFISH_PAGE", page), ("LANTERNFISH_CHROMIUM", chromium), ("LANTERNFISH_PLAYWRIGHT", modules)])
+/// Fetches what the selected tests need to drive a browser, and builds the page. Returns their environment, without what this machine
+/// cannot have; the tests say so.
+pub fn for_tests(is_selected: impl Fn(&str) -> bool) -> Result<Vec<(&'static str, PathBuf)>, String> {
+    let renders = is_selected(RENDERS);
+    if !renders && !COMPILE.iter().any(|name| is_selected(name)) {
+        return Ok(Vec::new());
+    }
+    let Some([chromium, modules]) = browser()? else { return Ok(Vec::new()) };
+    let mut environment = vec![("LANTERNFISH_CHROMIUM", chromium), ("LANTERNFISH_PLAYWRIGHT", modules)];
+    if renders && has_target() {
+        let page = workspace().join(FOLDER);
+        build(&page)?;
+        environment.push(("LANTERNFISH_PAGE", page));
+    }
+    Ok(environment)
 }
 
 /// Chromium, and the folder of what drives it, which is fetched; none where a program is missing.

@@ -3,14 +3,13 @@
 // that is a path is read; the device is lost after `lose` milliseconds. Then the page itself is used, on `scene` with `width` and
 // `height`: `frames` in motion, each of `controls` once, all `papers`, a dropped `file`, a lost device. Prints a JSON object: what each
 // step gave (`ms`, `memory`, `error`), what the page shows, and what it says without WebGPU.
-import { createRequire } from "node:module";
 import { createServer } from "node:http";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { basename, extname, join, normalize } from "node:path";
+import { launch } from "./chromium.mjs";
 
 const [folder, executablePath, modules, words, images] = process.argv.slice(2);
 const plan = JSON.parse(words);
-const { chromium } = createRequire(join(modules, "x.js"))("playwright-core");
 const types = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
 const server = createServer((request, response) => {
   const file = join(folder, normalize(new URL(request.url, "http://localhost").pathname).replace(/\/$/, "/index.html"));
@@ -20,11 +19,7 @@ const server = createServer((request, response) => {
 await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
 const address = `http://localhost:${server.address().port}`;
 const library = address + "/" + /lanternfish-\w+/.exec(readFileSync(join(folder, "index.html"), "utf8"))[0] + "/lanternfish.js";
-const browser = await chromium.launch({
-  executablePath,
-  args: ["--headless=new", "--no-sandbox", "--enable-unsafe-webgpu", "--disable-gpu-sandbox", "--disable-gpu-watchdog",
-    "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=swiftshader"],
-});
+const browser = await launch(executablePath, modules);
 const open = async (path, script) => {
   const page = await browser.newPage({ viewport: { width: plan.width, height: plan.height } });
   page.on("console", (message) => console.error(`${message.type()}: ${message.text()}`));

@@ -5,7 +5,10 @@ use crate::{
     settings::{Attenuation, ToneMap},
     technique::Technique,
     techniques::{self, Tiled},
-    testing::every_shader::{EveryShader, all_settings, check_floor},
+    testing::{
+        every_shader::{EveryShader, all_settings, check_floor},
+        in_browser,
+    },
 };
 
 fn every_shader() -> EveryShader {
@@ -21,6 +24,27 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     every.check_entry_points(&shaders);
     check_floor(&shaders);
     every.check_shared_structs(&shaders, &[Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))]);
+    in_browser::check(&shaders);
+}
+
+/// Naga lets fragments take derivatives where only some of a quad are, and WGSL does not.
+#[test]
+fn a_shader_that_only_a_browser_refuses_is_reported() {
+    static LIBRARY: ShaderLibrary = ShaderLibrary::new(&[(
+        "uneven",
+        "@fragment fn main(@location(0) x: f32) -> @location(0) vec4f {\n\
+             var y = x;\n\
+             if x > 0.0 { y = dpdx(x); }\n\
+             return vec4f(y); }",
+    )]);
+    let shader = LIBRARY.link("uneven", &[]).unwrap();
+    let Some(messages) = in_browser::compile(&[&shader.source, "@compute @workgroup_size(1) fn main() {}"]) else {
+        return;
+    };
+    assert!(
+        matches!(&messages[..], [message] if message.starts_with("0 error: ") && message.contains("dpdx")),
+        "{messages:?}"
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 pub mod culling;
 pub mod every_shader;
+pub mod in_browser;
 pub mod inside;
 pub mod later;
 pub mod light;

@@ -3,7 +3,10 @@ use std::{collections::BTreeSet, path::Path};
 use lanternfish::{
     settings::{Occlusion, Settings},
     techniques,
-    testing::every_shader::{EveryShader, all_settings, check_floor, with},
+    testing::{
+        every_shader::{EveryShader, all_settings, check_floor, with},
+        in_browser,
+    },
 };
 
 use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, shaders::SHADERS};
@@ -41,6 +44,7 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     every.check_entry_points(&shaders);
     check_floor(&shaders);
     every.check_shared_structs(&shaders, &[Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src"))]);
+    in_browser::check(&shaders);
 }
 
 #[test]
