@@ -61,6 +61,13 @@ pub fn check(scene: &Scene, shading: Shading, parts: Parts) -> Result<(), TooMuc
         texels.saturating_mul(COPIES_OF_TEXELS),
     ];
     Budget::of_process().check(bytes.into_iter().fold(0, u64::saturating_add), || {
-        format!("{triangles} placed triangles, {draws} draws and {:.0} MB of textures need", texels as f64 / 1e6)
+        let texels = texels as f64 / 1e6;
+        // What helps, where most are copies.
+        let stored: u64 = of_mesh.iter().map(|(_, traced)| traced).sum();
+        let levels = match parts.bvh && triangles > 4 * stored {
+            true => format!(" (with `shadows two-level` and `indirect none` {stored} triangles)"),
+            false => String::new(),
+        };
+        format!("{triangles} placed triangles{levels}, {draws} draws and {texels:.0} MB of textures need")
     })
 }

@@ -329,8 +329,14 @@ fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A
     (draws, instances)
 }
 
-/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. A transparent surface has one draw per
-/// instance, for sorting, and per side, the back first: the far side of a convex surface is drawn before the near one.
+/// Number of a primitive's instances from which they are drawn in several draws, so that a view leaves out those outside it.
+const MANY: usize = 1024;
+/// Instances of such a draw: neighbours in the scene's list, which often are neighbours in the scene.
+const CHUNK: usize = 64;
+
+/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror; of [`MANY`] instances more. A transparent
+/// surface has one draw per instance, for sorting, and per side, the back first: the far side of a convex surface is drawn before the near
+/// one.
 fn add_draws(
     Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
     placed: &[(u32, Affine3A)],
@@ -342,10 +348,10 @@ fn add_draws(
         let sides: &[Side] = if *double_sided { &[Side::Back, Side::Front] } else { &[Side::Front] };
         let matching = placed.iter().filter(|(_, transform)| mirrors(transform) == mirrored);
         let first = instances.len() as u32;
-        let mut all_bounds = Bounds::EMPTY;
+        let mut boxes = Vec::new();
         for (instance, transform) in matching {
             let bounds = object_bounds.transformed(transform);
-            all_bounds.add_bounds(&bounds);
+            boxes.push(bounds);
             instances.push(draw_instance(*instance, transform, draw.material, mirrored));
             if draw.alpha == DrawAlpha::Transparent {
                 let index = instances.len() as u32 - 1;
@@ -358,10 +364,14 @@ fn add_draws(
                 draws.extend(sides.iter().map(of_side));
             }
         }
-        let last = instances.len() as u32;
-        if draw.alpha != DrawAlpha::Transparent && last > first {
+        if draw.alpha != DrawAlpha::Transparent {
             let facing = facing((!double_sided).then_some(Side::Front));
-            draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..draw.clone() });
+            let size = if boxes.len() < MANY { MANY } else { CHUNK };
+            for (boxes, first) in boxes.chunks(size).zip((first..).step_by(size)) {
+                let mut bounds = Bounds::EMPTY;
+                boxes.iter().for_each(|of_one| bounds.add_bounds(of_one));
+                draws.push(Draw { instances: first..first + boxes.len() as u32, facing, bounds, ..draw.clone() });
+            }
         }
     }
 }
