@@ -1,4 +1,4 @@
-//! `cargo xtask python`: builds the extension module and runs the tests of the Python package with pytest.
+//! `cargo xtask python`: builds the wheel, installs it in a folder, and runs the tests of the Python package with pytest.
 
 use std::{
     env::{self, consts},
@@ -13,8 +13,8 @@ use crate::{
 };
 
 /// What the tests import.
-const MODULES: &str = "import numpy, pytest, trimesh, PIL";
-const PACKAGES: [&str; 4] = ["numpy", "pytest", "trimesh", "pillow"];
+const MODULES: &str = "import numpy, pytest, trimesh, PIL, wheel, pip";
+const PACKAGES: [&str; 6] = ["numpy", "pytest", "trimesh", "pillow", "maturin", "wheel"];
 
 /// `words` go to pytest.
 pub fn run(words: &[String]) -> Result<(), String> {
@@ -32,10 +32,10 @@ pub fn run(words: &[String]) -> Result<(), String> {
         return Ok(());
     };
     let source = workspace().join("crates/lanternfish-python");
-    package(&source, built, &folder.join("lanternfish")).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let installed = install(&python, &source, built, &folder)?;
     let mut tests = Command::new(python);
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).args(words).current_dir(&source);
-    tests.env("PYTHONPATH", &folder).env("PYTHONDONTWRITEBYTECODE", "1");
+    tests.env("PYTHONPATH", &installed).env("PYTHONDONTWRITEBYTECODE", "1");
     tests.env("LANTERNFISH_PROGRAM", built.join(format!("lanternfish{}", consts::EXE_SUFFIX)));
     keep_shaders(&mut tests);
     step(&mut tests)
@@ -43,15 +43,45 @@ pub fn run(words: &[String]) -> Result<(), String> {
 
 /// A Python that has the modules: the machine's, or one in a virtual environment, which is made once.
 fn python(folder: &Path) -> Option<PathBuf> {
-    let has_modules = |python: &Path| succeeds(Command::new(python).args(["-c", MODULES]));
+    let succeed = |python: &Path, words: &[&str]| succeeds(Command::new(python).args(words));
+    // Maturin's module needs its program beside Python's.
+    let has_modules =
+        |python: &Path| succeed(python, &["-c", MODULES]) && succeed(python, &["-m", "maturin", "--version"]);
     let environment = folder.join("venv");
     let own = environment.join("bin/python");
     let known = [PathBuf::from("python3"), own.clone()].into_iter().find(|python| has_modules(python));
     known.or_else(|| {
-        step(Command::new("python3").args(["-m", "venv", "--system-site-packages"]).arg(&environment)).ok()?;
+        step(Command::new("python3").args(["-m", "venv"]).arg(&environment)).ok()?;
         step(Command::new(&own).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES)).ok()?;
         Some(own).filter(|own| has_modules(own))
     })
+}
+
+/// Packs a wheel of the module that was built, with the metadata that maturin gives a release, and installs it in a folder, which is
+/// returned. Maturin would build all again: for one package alone dependencies have other features.
+fn install(python: &Path, source: &Path, built: &Path, folder: &Path) -> Result<PathBuf, String> {
+    let [content, wheels, installed] = ["content", "wheels", "installed"].map(|name| folder.join(name));
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    for made in [&content, &wheels, &installed] {
+        if made.exists() {
+            fs::remove_dir_all(made).map_err(failed)?;
+        }
+        fs::create_dir_all(made).map_err(failed)?;
+    }
+    let module = |words: &[&str]| {
+        let mut command = Command::new(python);
+        command.arg("-m").args(words).current_dir(source);
+        command
+    };
+    let metadata = ["maturin", "pep517", "write-dist-info", "--interpreter", "python3", "--metadata-directory"];
+    step(module(&metadata).arg(&content).stdout(std::process::Stdio::null()))?;
+    package(source, built, &content.join("lanternfish")).map_err(failed)?;
+    step(module(&["wheel", "pack", "--dest-dir"]).arg(&wheels).arg(&content))?;
+    let wheel = fs::read_dir(&wheels).map_err(failed)?.flatten().map(|entry| entry.path()).next();
+    let wheel = wheel.ok_or_else(|| format!("{}: no wheel", wheels.display()))?;
+    let quiet = ["pip", "install", "--quiet", "--no-deps", "--no-index", "--no-warn-script-location", "--target"];
+    step(module(&quiet).arg(&installed).arg(wheel))?;
+    Ok(installed)
 }
 
 /// Makes the package of its Python files and the extension module, as the wheel has them.

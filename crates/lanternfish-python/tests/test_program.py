@@ -1,6 +1,7 @@
 """The program `lanternfish` of the package."""
 
 import os
+import pathlib
 import stat
 import subprocess
 import sys
@@ -8,9 +9,14 @@ import tempfile
 
 import pytest
 
+import lanternfish
 from lanternfish import _driver
 
 OWN, PROGRAM = [sys.executable, "-m", "lanternfish"], os.environ.get("LANTERNFISH_PROGRAM")
+
+
+# What pip installs beside a package.
+SCRIPT = pathlib.Path(lanternfish.__file__).parents[1] / "bin/lanternfish"
 
 
 def run(program, *words, **options):
@@ -34,6 +40,12 @@ def test_it_writes_the_bytes_of_cargos(tmp_path):
         words = ["render", "demo:cornell", "--size", "48x32", "--quality", "draft", "-o", f"{name}.png"]
         assert run(program, *words, cwd=tmp_path).returncode == 0
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "cargos.png").read_bytes()
+
+
+@pytest.mark.skipif(not SCRIPT.exists(), reason="the package was not installed into a folder")
+def test_the_wheel_brings_the_program():
+    script, module = (run(program, "--version") for program in ([sys.executable, SCRIPT], OWN))
+    assert (script.returncode, script.stdout) == (0, module.stdout)
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owners")

@@ -1,6 +1,6 @@
 //! Invalid scenes and cameras, and unusual valid ones.
 
-use glam::{Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{
     Camera, Environment, Image, Light, Material, Mesh, Primitive, Projection, Sampler, Scene, Texture, TextureRef,
@@ -12,6 +12,7 @@ use crate::{
     lights::Light as PackedLight,
     settings::{Shadows, TextureBinding},
     testing::{quad, scene_of},
+    view::View,
 };
 
 const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 0.9, near: 0.01 };
@@ -154,6 +155,34 @@ fn gpu_materials_with_equal_textures_share_a_bind_group(gpu: &Gpu) {
         let all = image((0..many).map(|index| red((index + 1) as f32 / many as f32)).collect());
         assert!(all == one, "{many}: {} bind groups, not {}, or another image", all.0, one.0);
     }
+}
+
+/// Many instances are drawn in parts, of which a view needs some, and the image is that of so many meshes.
+#[gpu_test]
+fn gpu_a_view_leaves_out_parts_of_many_instances(gpu: &Gpu) {
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, 0.4 * Vec3::X, 0.4 * Vec3::Y)], vec![Material::default()]);
+    let one = scene.instances[0].clone();
+    let at = |i: usize| Affine3A::from_translation(Vec3::new(i as f32, 0.0, 0.0));
+    scene.instances =
+        (0..1500).map(|i| lanternfish_scene::Instance { world_from_object: at(i), ..one.clone() }).collect();
+    scene.sky = Vec3::ONE;
+    let camera = Camera::look_at(Vec3::new(20.0, 0.0, 4.0), Vec3::new(20.0, 0.0, 0.0), PERSPECTIVE);
+    let mut renderer =
+        Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(Shadows::None)).unwrap();
+    let mut shown = |scene: &Scene| {
+        let uploaded = renderer.upload(scene).unwrap();
+        let view = View::new(&camera, UVec2::new(64, 16), Vec3::ZERO, uploaded.bounds());
+        let drawn = uploaded.visible_draws(&view).solid.iter().map(|draw| draw.instances.len()).sum::<usize>();
+        let all = uploaded.geometry.draws.iter().map(|draw| draw.instances.clone());
+        assert!(all.flatten().eq(0..1500), "each once");
+        (drawn, renderer.render(&uploaded, &camera, [64, 16]).unwrap().display)
+    };
+    let (drawn, image) = shown(&scene);
+    assert_eq!(drawn, 64);
+    scene.meshes = (0..1500).map(|_| scene.meshes[0].clone()).collect();
+    (0..).zip(&mut scene.instances).for_each(|(mesh, instance)| instance.mesh = mesh);
+    let (drawn, apart) = shown(&scene);
+    assert!(drawn < 20 && apart == image, "{drawn}");
 }
 
 #[gpu_test]
