@@ -102,10 +102,10 @@ pub enum TracerChoice {
 }
 
 impl TracerChoice {
-    /// All tracers, in the order in which help lists them.
+    /// All tracers whose hits can be lit, in the order in which help lists them.
     #[doc(hidden)]
     pub fn all() -> Vec<Self> {
-        std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
+        std::iter::once(Self::Auto).chain(Tracer::of_hits().into_iter().map(Self::Fixed)).collect()
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
@@ -161,17 +161,24 @@ pub(crate) const DECLARED: Shaders =
 
 /// The features of every tracer, with triangles if `with_triangles`: for shaders that use any of them.
 pub fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
-    Tracer::all().iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
+    let tracers = if with_triangles { Tracer::of_hits() } else { Tracer::all() };
+    tracers.iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
 }
 
-/// The features of the exact tracers.
+/// The features of the exact tracers whose hits can be lit.
 pub fn exact_tracers() -> Vec<Vec<Feature>> {
-    Tracer::all().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
+    Tracer::of_hits().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
 }
 
-/// The same, for scenes without panes and with.
-pub(crate) fn exact_tracers_of_scenes() -> Vec<Vec<Feature>> {
-    exact_tracers().into_iter().flat_map(|tracer| [[&tracer[..], &[PANES]].concat(), tracer]).collect()
+/// The features of the exact ones among these tracers, for scenes without panes and with.
+pub(crate) fn exact_in_scenes(tracers: Vec<Tracer>) -> Vec<Vec<Feature>> {
+    let exact = tracers.into_iter().filter(|tracer| tracer.is_exact()).map(|tracer| tracer.0.feature);
+    exact.flat_map(|tracer| [vec![tracer, PANES], vec![tracer]]).collect()
+}
+
+/// The same of those whose hits can be lit.
+pub(crate) fn exact_tracers_of_hits() -> Vec<Vec<Feature>> {
+    exact_in_scenes(Tracer::of_hits())
 }
 
 impl Tracer {
@@ -195,6 +202,12 @@ impl Tracer {
     pub fn all() -> Vec<Self> {
         let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         Self::own().into_iter().chain(registered.iter().copied()).collect()
+    }
+
+    /// Those whose hits can be lit: indirect light can use them.
+    #[doc(hidden)]
+    pub fn of_hits() -> Vec<Self> {
+        Self::all().into_iter().filter(|tracer| !tracer.parts().instances).collect()
     }
 
     /// Registers the tracer: [`Self::all`] lists it from then on.
