@@ -45,7 +45,8 @@ fn full(page: &Path) -> Result<(), String> {
     let [chromium, modules] = browser()?.ok_or("this needs Chromium, node and npm")?;
     let images = workspace().join("target/web-full");
     fs::create_dir_all(&images).map_err(|error| format!("{}: {error}", images.display()))?;
-    let plan = r#"{"papers": true, "frames": 300, "width": 480, "height": 270, "steps": [], "scene": "demo:atrium", "options": "indirect=none"}"#;
+    let plan = r#"{"scene": "demo:atrium", "options": "indirect=none", "width": 480, "height": 270, "frames": 300,
+        "papers": true, "steps": []}"#;
     let script = workspace().join("crates/lanternfish-web/tests/browser.mjs");
     step(Command::new("node").arg(script).args([page, &chromium, &modules]).arg(plan).arg(images))
 }
