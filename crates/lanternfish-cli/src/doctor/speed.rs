@@ -289,7 +289,7 @@ fn trace(
     if !through.is_supported(device) {
         return Ok(());
     }
-    let shadows = if through == Tracer::RAY_QUERY { Shadows::RAY_QUERY } else { Shadows::BVH };
+    let shadows = if through.is_exact() { Shadows::Traced(through) } else { Shadows::BVH };
     let settings = Settings::direct_light().with_shadows(shadows);
     let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(scene)?;
     let mut profiler = Profiler::new(device, queue);
