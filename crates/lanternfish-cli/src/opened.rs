@@ -30,7 +30,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// A scene that [`crate::render::lit_scene`] has read, with the shot's camera, and light around it where it has none.
+    /// A scene as it was read with the flags' lights, with the shot's camera, and light around it where it has none.
     pub fn of(shot: Shot, (mut scene, motion): (Scene, Option<Motion>), say: impl Fn(&str)) -> Result<Self, CliError> {
         let args = &shot.args;
         let size = args.output.size;
