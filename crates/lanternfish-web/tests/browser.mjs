@@ -93,6 +93,7 @@ async function use() {
   for (let step = 0; step < plan.frames; step++) {
     const error = await after(() => shown.mouse.move(60, 120).then(() => shown.mouse.wheel(0, step % 2 ? 100 : -100)));
     if (error) note(`frame ${step}`, error);
+    if (step % 50 === 49) console.error(`${step + 1} frames, ${Date.now() - started} ms: ${(await state()).note}`);
   }
   const box = await pixel();
   await shown.screenshot({ path: join(images, "page.png") });
