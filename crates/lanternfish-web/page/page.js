@@ -11,9 +11,9 @@ delete chosen.shot;
 const OF_SCENES = { lights: ["", "rain:100", "rain:1000", "rain:10000", "rain:100000"], "light-rig": ["", "studio", "sun", "none"] };
 const COMPARED = { nothing: undefined, "direct light alone": { indirect: "none" } };
 const keys = new Set(), pointers = new Map();
-/** What gave the last frame. */
+/** What the worker has opened and set. */
 let good = {};
-let worker, source, names = new Set(), moves = [], is_playing = false, frames = 0;
+let worker, source, names = new Map(), moves = [], is_playing = false, frames = 0;
 
 const note = (text) => (at("note").textContent = text);
 const fail = (error) => note(error.message ?? String(error));
@@ -45,12 +45,15 @@ let send, open;
 const heard = {
   note: ({ text }) => note(text),
   settings: ({ settings }) => names.size || panel(settings),
-  opened: () => compare(),
+  opened({ options }) {
+    good = { source, chosen: { ...options } };
+    compare();
+  },
+  done: ({ name, value }) => (value === undefined ? delete good.chosen[name] : (good.chosen[name] = value)),
   frame({ size: [width, height], ms, source: name, memory }) {
     const data = at("image").dataset;
     // For tests: the scene, all frames so far, and the module's memory.
     [data.scene, data.frames, data.memory] = [name, Number(data.frames ?? 0) + 1, memory];
-    good = { source, chosen: { ...chosen } };
     frames += 1;
     note(`${width} × ${height}, ${Math.round(ms)} ms, ${frames} ${frames === 1 ? "frame" : "frames"}`);
   },
@@ -60,15 +63,17 @@ const heard = {
   error({ text, is_over, is_trap }) {
     at("image").dataset.error = text;
     note(text);
-    if (!is_over) return;
-    start();
-    if (/lost/.test(text)) open();
-    else if (good.source && !(is_trap && good.source === source)) {
+    const isLost = /lost/.test(text);
+    if (good.source && !isLost) {
       // Back to what was shown before.
       Object.keys(chosen).forEach((name) => delete chosen[name]);
       Object.assign(chosen, good.chosen);
-      open(good.source);
+      for (const [name, value] of names) if (at(name)) at(name).value = chosen[name] ?? value ?? "";
     }
+    if (!is_over) return;
+    start();
+    if (isLost) open();
+    else if (good.source && !(is_trap && good.source === source)) open(good.source);
   },
 };
 
@@ -97,7 +102,7 @@ function panel(settings) {
     open();
   };
   for (const { name, help, values, value, everyday } of settings) {
-    names.add(name);
+    names.set(name, value);
     if (name === "scene") {
       at("first").append(row(name, help, choice(values, address, open)));
       for (const [own, texts] of Object.entries(OF_SCENES)) at("first").append(row(own, "", choice(texts, chosen[own], again(own))));

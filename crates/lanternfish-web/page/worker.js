@@ -9,7 +9,10 @@ const turn = () => new Promise(globalThis.requestAnimationFrame ?? ((then) => se
 /** What messages do to a view, between two frames. */
 const acts = {
   moves: ({ moves }) => moves.forEach(([name, ...motion]) => viewer[name](...motion)),
-  set: ({ name, value }) => viewer.set(name, value),
+  set({ name, value }) {
+    viewer.set(name, value);
+    tell("done", { name, value });
+  },
   compare: ({ options }) => viewer.compare(options),
   split: ({ part }) => viewer.split(part),
   shot: () => tell("shot", { text: viewer.shot() }),
@@ -43,7 +46,7 @@ async function step(seconds) {
     viewer?.free();
     viewer = undefined;
     viewer = await Viewer.open(canvas, source, options, (what) => tell("note", { text: `${what}…` }));
-    tell("opened");
+    tell("opened", { options });
   }
   if (!viewer) return new Promise((then) => (ready = then));
   for (const act of queue.splice(0)) await acts[act.kind](act);

@@ -112,6 +112,8 @@ async function use() {
     note(`${id} ${other}`, await after(() => change(id, other), id === "scene" ? other : plan.scene));
     note(`${id} ${value}`, await after(() => change(id, value)));
   }
+  // A value that is refused is not left in its control.
+  const refused = plan.controls && [await after(() => change("samples", "8")), await shown.evaluate(() => document.getElementById("samples").value)];
   if (plan.papers) {
     for (const name of await shown.evaluate(() => [...document.querySelectorAll("#papers button")].map(({ textContent }) => textContent))) {
       const began = Date.now();
@@ -148,7 +150,7 @@ async function use() {
     note("after a lost device", await after(() => {}, basename(plan.file)));
   }
   const memory = { start, end: Number((await state()).memory) };
-  return { first, box, used, errors, dropped, shot, lost, memory };
+  return { first, box, used, errors, dropped, shot, lost, memory, refused };
 }
 
 try {

@@ -150,6 +150,8 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     let page = &browsed["page"];
     assert_eq!(page["errors"], json!({}));
     assert!(page["lost"].as_str().is_some_and(|error| error.contains("lost")), "{}", page["lost"]);
+    assert!(page["refused"][0].as_str().is_some_and(|error| error.contains("samples 4")), "{}", page["refused"]);
+    assert_ne!(page["refused"][1], json!("8"));
     assert!(page["used"].as_array().unwrap().len() > 30, "{page}");
     let color = |name: &str| page[name].as_array().unwrap().clone();
     assert!(
