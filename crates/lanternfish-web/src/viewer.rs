@@ -28,7 +28,7 @@ pub struct Viewer {
     canvas: Canvas,
     first: Side,
     /// The second of two techniques, and the fraction of the width from which on it is shown.
-    second: Option<(Side, Flags)>,
+    second: Option<Side>,
     split: f32,
     controls: Controls,
     scaling: ResolutionScaling,
@@ -140,7 +140,7 @@ impl Viewer {
         if let Some(options) = options {
             let flags = Flags::of(&options)?;
             let settings = in_window(&self.source.shot(&flags)?, self.session.loaded.exposure);
-            self.second = Some((Side::new(&self.session, settings)?, flags));
+            self.second = Some(Side::new(&self.session, settings)?);
         }
         self.shown = None;
         Ok(())
@@ -168,7 +168,7 @@ impl Viewer {
         }
         let started = Date::now();
         self.first.frame(&self.session, &self.controls.camera, size).await?;
-        if let Some((second, _)) = &mut self.second {
+        if let Some(second) = &mut self.second {
             second.frame(&self.session, &self.controls.camera, size).await?;
         }
         self.scaling.took(u64::from(size[0]) * u64::from(size[1]), Date::now() - started);
@@ -210,7 +210,7 @@ impl Viewer {
             loaded.scene.pose(animation, if duration > 0.0 { moment.time % duration } else { 0.0 });
         }
         self.first.update(&self.session)?;
-        if let Some((second, _)) = &mut self.second {
+        if let Some(second) = &mut self.second {
             second.update(&self.session)?;
         }
         self.shown = None;
@@ -218,7 +218,7 @@ impl Viewer {
     }
 
     fn present(&self) -> Result<(), JsValue> {
-        let second = self.second.as_ref().map(|(second, _)| Ok::<_, JsValue>((second.texture()?, self.split)));
+        let second = self.second.as_ref().map(|second| Ok::<_, JsValue>((second.texture()?, self.split)));
         self.canvas.show(&self.session.device, self.first.texture()?, second.transpose()?)
     }
 }
