@@ -95,7 +95,8 @@ impl RendererData {
         let scene = Arc::clone(&scene.scene);
         let made = py.detach(|| {
             scene.validate().map_err(RenderError::from)?;
-            Ok::<_, RenderError>((Renderer::with_engine(device.engine(), settings)?, near_plane(&scene.bounds())))
+            let renderer = Renderer::with_engine(device.engine(), settings.for_scene(&scene))?;
+            Ok::<_, RenderError>((renderer, near_plane(&scene.bounds())))
         });
         log::tell(py)?;
         let (renderer, near) = made.map_err(render_failed)?;

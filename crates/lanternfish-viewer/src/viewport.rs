@@ -65,7 +65,7 @@ pub struct Viewport {
 impl Viewport {
     /// Creates a viewport and uploads the scene.
     pub fn new(gpu: Gpu, scene: Scene, settings: &Settings) -> Result<Self, RenderError> {
-        let settings = shown(settings);
+        let settings = shown(settings, &scene);
         let renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone())?;
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
@@ -100,7 +100,7 @@ impl Viewport {
 
     /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
-        let settings = shown(settings);
+        let settings = shown(settings, &self.scene);
         let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
         let Gpu { device, queue, description } = &self.gpu;
         let gpu = Gpu { device: device.clone(), queue: queue.clone(), description: description.clone() };
@@ -198,7 +198,7 @@ impl Viewport {
 
     /// Changes the settings. After an error the previous settings stay.
     pub fn set(&mut self, settings: &Settings) -> Result<(), RenderError> {
-        let settings = shown(settings);
+        let settings = shown(settings, &self.scene);
         if settings == self.settings {
             return Ok(());
         }
@@ -402,7 +402,7 @@ pub fn at_rest(settings: &Settings) -> Settings {
 
 /// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the first frame at rest; in motion,
 /// indirect light is from screen probes.
-fn shown(settings: &Settings) -> Settings {
+fn shown(settings: &Settings, scene: &Scene) -> Settings {
     let accumulate = if settings.image.debug_view.is_some() { 1 } else { 2 };
     let indirect = match settings.indirect.get::<Sampled>() {
         Some(per_pixel) if per_pixel.hit_light == HitLight::Cached => {
@@ -410,7 +410,7 @@ fn shown(settings: &Settings) -> Settings {
         }
         _ => settings.indirect.clone(),
     };
-    settings.clone().with_accumulate(accumulate).with_indirect(indirect)
+    settings.for_scene(scene).with_accumulate(accumulate).with_indirect(indirect)
 }
 
 #[cfg(test)]

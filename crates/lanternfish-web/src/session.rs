@@ -58,13 +58,13 @@ pub struct Side {
 
 impl Side {
     pub fn new(Session { device, loaded }: &Session, settings: Settings) -> Result<Self, JsValue> {
-        let renderer = Renderer::with_engine(&device.engine, settings).map_err(failed)?;
+        let renderer = Renderer::with_engine(&device.engine, settings.for_scene(&loaded.scene)).map_err(failed)?;
         let uploaded = renderer.upload(&loaded.scene).map_err(failed)?;
         Ok(Self { renderer, uploaded, shown: None })
     }
 
     pub fn set(&mut self, session: &Session, settings: Settings) -> Result<(), JsValue> {
-        if self.renderer.set(settings).map_err(failed)? == Change::Upload {
+        if self.renderer.set(settings.for_scene(&session.loaded.scene)).map_err(failed)? == Change::Upload {
             self.uploaded = self.renderer.upload(&session.loaded.scene).map_err(failed)?;
         }
         Ok(())

@@ -127,7 +127,7 @@ pub fn plans() -> Vec<Plan> {
     let full = |settings| against(Reference::Full, settings, Limits::new(0.07, 0.015, 0.01));
     add(Group::IndirectLight, "default", Name::Cornell, true, full(good()));
     add(Group::IndirectLight, "default", Name::Hall, false, full(good()));
-    for tracer in Tracer::of_hits() {
+    for tracer in Tracer::in_one_level() {
         let sampled = Indirect::from(Sampled { tracer: tracer.into(), ..Sampled::default() });
         let name = format!("{}, {tracer}", sampled.name());
         let limits = if !tracer.is_exact() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
@@ -158,7 +158,7 @@ mod tests {
         let has = |group: Group, name: &str| plans.iter().any(|plan| plan.group == group && plan.name == name);
         for tracer in &Tracer::all() {
             assert!(has(Group::Shadows, tracer.name()), "{tracer}");
-            let is_lit = Tracer::of_hits().contains(tracer);
+            let is_lit = Tracer::in_one_level().contains(tracer);
             assert_eq!(has(Group::IndirectLight, &format!("sampled, {tracer}")), is_lit, "{tracer}");
         }
         assert!(Culling::all().iter().all(|culling| has(Group::LightCulling, culling.name())));

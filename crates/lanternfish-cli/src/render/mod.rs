@@ -109,13 +109,14 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
                     .note("this view counts lights, and the scene has none: the studio and the sky are an environment");
             }
             if scene.triangle_counts().1 > LARGE {
-                opened.insert(new_renderer(device, args, &settings, progress)?).check_memory(scene)?;
+                opened.insert(new_renderer(device, args, &settings.for_scene(scene), progress)?).check_memory(scene)?;
             }
             Ok(())
         })?;
     note_unused_light(&progress, &scene, &settings);
 
-    let renderer = opened.map_or_else(|| new_renderer(device, args, &settings, &mut progress), Ok)?;
+    let own = || new_renderer(device, args, &settings.for_scene(&scene), &mut progress);
+    let renderer = opened.map_or_else(own, Ok)?;
     // Upload the state at 0 s, so that every frame has the same acceleration structure, whichever frame is first.
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     note_many_lights(&progress, &uploaded, &renderer);

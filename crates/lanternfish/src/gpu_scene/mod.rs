@@ -27,6 +27,8 @@ mod visible;
 pub use moving::Sent;
 pub use raster::{Faces, LAYERED, MASKED, PANES, PassState, SceneRaster, TEXTURES};
 pub use scene::GpuScene;
+#[cfg(test)]
+pub(crate) use shaders::TracedLevels;
 pub(crate) use shaders::DECLARED;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
 pub(crate) use update::previous::GeometryAt;
@@ -36,5 +38,5 @@ pub use upload::{
     parts::Parts,
     textures::automatic_anisotropy,
 };
-pub(crate) use upload::{lobes::Shading, needs::SceneRequirements};
+pub(crate) use upload::{cost::is_of_copies, lobes::Shading, needs::SceneRequirements};
 pub use visible::VisibleDraws;

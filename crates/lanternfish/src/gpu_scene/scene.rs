@@ -12,6 +12,7 @@ use super::{
         bvh::{self, Bvh, Upper},
         emissive,
         hits::Hits,
+        levels::MOST_IDS,
         panes::Pane,
         tlas::Tlas,
     },
@@ -72,6 +73,8 @@ pub struct GpuScene {
     pub(super) bvh: Option<Bvh>,
     /// The tree over instances, if the BVH has two levels.
     pub(super) upper: Option<Upper>,
+    /// Where instances are among the BVH's triangles.
+    pub(super) traced_levels: wgpu::Buffer,
     pub(super) tlas: Option<Tlas>,
     pub(super) masks: wgpu::Buffer,
     /// Thin surfaces through which shadow rays pass in part.
@@ -135,7 +138,7 @@ impl GpuScene {
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = match parts.rays() {
-            true if parts.instances => Tracing::in_levels(scene, mask_bytes),
+            true if parts.instances => Tracing::in_levels(scene, mask_bytes, parts.hits, &unchanged.mobile),
             true => Tracing::new(scene, mask_bytes),
             false => Tracing::default(),
         };
@@ -143,6 +146,11 @@ impl GpuScene {
         tracing.write_panes(scene, shading);
         let nodes = bvh::build(&mut tracing);
         let instance_count = tracing.levels.len() as u64;
+        if parts.hits && tracing.id_count > MOST_IDS {
+            let remedy = "render with `indirect none`, or fewer instances of large meshes";
+            let list = "triangles of all instances";
+            return Err(RenderError::Overflow { list, needed: tracing.id_count, limit: MOST_IDS, remedy });
+        }
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
         let light_trees = parts.light_trees.then(|| {
@@ -202,13 +210,14 @@ impl GpuScene {
                 &SoftShadows { rays: needs.lights.shadow_rays },
             ),
             bvh,
-            upper: Upper::of(&tracing),
+            upper: Upper::of(&tracing, leaves),
+            traced_levels: uniform_buffer_of(device, "scene/traced_levels", &tracing.shader_levels()),
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
             panes: std::mem::take(&mut tracing.panes),
             hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
             light_trees,
-            placed: Placed::new(scene, tracing),
+            placed: Placed::new(scene, tracing, unchanged.mobile),
             moving: None,
             bending: None,
             previous: Previous::default(),
@@ -227,6 +236,7 @@ impl GpuScene {
             .buffer("draw_instances", &self.geometry.instances)
             .with(&self.lights.bindings())
             .buffer("soft_shadows", &self.soft_shadows)
+            .buffer("traced_levels", &self.traced_levels)
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
             bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);
@@ -293,6 +303,11 @@ impl GpuScene {
     #[doc(hidden)]
     pub fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
+    }
+
+    /// Instances that have a tree of their mesh below them.
+    pub(crate) fn instances_in_levels(&self) -> u64 {
+        self.upper.as_ref().map_or(0, |upper| upper.levels.len() as u64)
     }
 
     /// The BVH's triangles, if there is a BVH.

@@ -14,6 +14,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         SharedStruct::of::<Material>(),
         SharedStruct::of::<TextureSlot>(),
         SharedStruct::of::<BvhTriangle>(),
+        SharedStruct::of::<TracedLevels>(),
         SharedStruct::of::<HitTriangle>(),
         SharedStruct::of::<HitMaterial>(),
         SharedStruct::of::<MaskRecord>(),
@@ -202,6 +203,25 @@ gpu_struct! {
         /// 0: no opacity micromap; else its address in the masks and its level.
         opacity: u32,
     }
+}
+
+gpu_struct! {
+    /// Where the instances of a scene in two levels are among the BVH's triangles. In one level no triangle is behind the upper tree's.
+    pub struct TracedLevels {
+        /// Elements of the upper tree.
+        upper_count: u32,
+        /// Index of the first instance's two elements.
+        first_instance: u32,
+        /// Number of instances.
+        instance_count: u32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+impl TracedLevels {
+    /// Those of a scene in one level.
+    pub const ONE: Self = Self { upper_count: u32::MAX, first_instance: u32::MAX, instance_count: 0, _pad: 0 };
 }
 
 gpu_struct! {

@@ -14,7 +14,7 @@ use self::{
     panes::{PANE_WORDS, Pane},
 };
 use super::{
-    shaders::{MaskHeader, MaskRecord},
+    shaders::{MaskHeader, MaskRecord, TracedLevels},
     upload::{materials::mask_cutoff, mips},
 };
 
@@ -79,6 +79,8 @@ pub struct Tracing {
     /// Nodes of the tree over them, and its triangles, if there are any.
     pub upper_nodes: usize,
     pub upper_count: usize,
+    /// Ids that hits can have: see `gpu_scene/placed.wesl`.
+    pub id_count: u64,
     /// Words: a [`MaskRecord`] for each masked triangle; opacity micromaps, after [`Tracing::decide_opacity`]; a
     /// [`MaskHeader`] for each way of reading an image; a [`panes::Block`] for each pane's material; the images' alpha,
     /// a byte a texel, each aligned to a word.
@@ -102,18 +104,21 @@ impl Tracing {
         Self::of_parts(scene, parts, mask_bytes)
     }
 
-    /// The same in two levels.
-    pub fn in_levels(scene: &Scene, mask_bytes: u64) -> Self {
+    /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where each triangle is a leaf of
+    /// the light tree. `mobile`: see [`levels::places`].
+    pub fn in_levels(scene: &Scene, mask_bytes: u64, has_hits: bool, mobile: &BTreeSet<usize>) -> Self {
+        let is_flat = |part: &Part| has_hits && scene.materials[part.of(scene).1.material].emissive.max_element() > 0.0;
         let (mut parts, mut levels, mut meshes) = (Vec::new(), Vec::new(), BTreeSet::new());
-        for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene)) {
+        for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene, mobile)) {
             let mesh = instance.mesh as u32;
             match place {
                 Place::Nowhere => {}
                 Place::Flat => parts.extend(parts_of(scene, (index, instance), None)),
                 Place::Level => {
                     levels.push(Level::new(scene, index));
+                    parts.extend(parts_of(scene, (index, instance), None).filter(is_flat));
                     if meshes.insert(mesh) {
-                        parts.extend(parts_of(scene, (index, instance), Some(mesh)));
+                        parts.extend(parts_of(scene, (index, instance), Some(mesh)).filter(|part| !is_flat(part)));
                     }
                 }
             }
@@ -138,6 +143,16 @@ impl Tracing {
         let (masks, panes) = pack_masks(scene, &mut records, mask_bytes);
         let record_count = records.len();
         Self { triangles, parts, masks, panes, record_count, ..Self::default() }
+    }
+
+    /// Where the instances are, for shaders.
+    pub fn shader_levels(&self) -> TracedLevels {
+        let [upper_count, first_instance, instance_count] =
+            [self.upper_count, self.triangles.len(), self.levels.len()].map(|count| count as u32);
+        match instance_count {
+            0 => TracedLevels::ONE,
+            _ => TracedLevels { upper_count, first_instance, instance_count, ..TracedLevels::ONE },
+        }
     }
 
     /// Reorders the triangles, and the mask records with them.

@@ -111,12 +111,16 @@ impl GpuScene {
         if self.upper.is_some() {
             let may_have_moved = |(i, transform): &(usize, glam::Affine3A)| self.placed.may_have_moved(*i, transform);
             let moved: Vec<_> = transforms(scene).enumerate().filter(may_have_moved).collect();
-            if bent.is_empty() && self.check_levels(&moved).is_ok() {
+            if shines_as_before && bent.is_empty() && self.check_levels(&moved).is_ok() {
                 self.update_levels(queue, &moved);
+                if let Some(trees) = &mut self.light_trees {
+                    trees.update_lights(device, queue, &self.lights)?;
+                }
                 self.placed.is_unsure = false;
                 return Ok(());
             }
-            let unchanged = self.unchanged(&outline);
+            let mut unchanged = self.unchanged(&outline);
+            unchanged.mobile.extend(moved.iter().map(|(instance, _)| scene.instances[*instance].mesh));
             *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
@@ -204,10 +208,12 @@ impl GpuScene {
     fn unchanged(&self, now: &Outline) -> Unchanged {
         let was = &self.placed.outline;
         let images = self.textures.images(|image| was.has_image_of(now, image));
+        let mobile = self.placed.mobile.clone();
         if !was.has_environment_of(now) {
-            return Unchanged { images, ..Unchanged::default() };
+            return Unchanged { images, mobile, ..Unchanged::default() };
         }
-        Unchanged { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
+        let (environment, environment_light) = (self.environment.clone(), self.environment_light.clone());
+        Unchanged { images, environment, environment_light, mobile }
     }
 
     pub(super) fn material_storage(&self) -> MaterialStorage {

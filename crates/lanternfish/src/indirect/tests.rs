@@ -38,7 +38,7 @@ use crate::{
 /// The tracers that the device supports.
 fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
     let has_ray_query = gpu.description.ray_query;
-    Tracer::of_hits().into_iter().filter(move |tracer| *tracer != Tracer::RAY_QUERY || has_ray_query)
+    Tracer::in_one_level().into_iter().filter(move |tracer| *tracer != Tracer::RAY_QUERY || has_ray_query)
 }
 
 #[gpu_test]

@@ -102,10 +102,10 @@ pub enum TracerChoice {
 }
 
 impl TracerChoice {
-    /// All tracers whose hits can be lit, in the order in which help lists them.
+    /// All choices, in the order in which help lists them.
     #[doc(hidden)]
     pub fn all() -> Vec<Self> {
-        std::iter::once(Self::Auto).chain(Tracer::of_hits().into_iter().map(Self::Fixed)).collect()
+        std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
     }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
@@ -161,24 +161,17 @@ pub(crate) const DECLARED: Shaders =
 
 /// The features of every tracer, with triangles if `with_triangles`: for shaders that use any of them.
 pub fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
-    let tracers = if with_triangles { Tracer::of_hits() } else { Tracer::all() };
-    tracers.iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
+    Tracer::all().iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
 }
 
-/// The features of the exact tracers whose hits can be lit.
+/// The features of the exact tracers.
 pub fn exact_tracers() -> Vec<Vec<Feature>> {
-    Tracer::of_hits().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
+    Tracer::all().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
 }
 
-/// The features of the exact ones among these tracers, for scenes without panes and with.
-pub(crate) fn exact_in_scenes(tracers: Vec<Tracer>) -> Vec<Vec<Feature>> {
-    let exact = tracers.into_iter().filter(|tracer| tracer.is_exact()).map(|tracer| tracer.0.feature);
-    exact.flat_map(|tracer| [vec![tracer, PANES], vec![tracer]]).collect()
-}
-
-/// The same of those whose hits can be lit.
-pub(crate) fn exact_tracers_of_hits() -> Vec<Vec<Feature>> {
-    exact_in_scenes(Tracer::of_hits())
+/// The features of the exact tracers, for scenes without panes and with.
+pub(crate) fn exact_in_scenes() -> Vec<Vec<Feature>> {
+    exact_tracers().into_iter().flat_map(|tracer| [[&tracer[..], &[PANES]].concat(), tracer]).collect()
 }
 
 impl Tracer {
@@ -187,8 +180,8 @@ impl Tracer {
     /// The adapter's own acceleration structure: exact, and fast where it is hardware.
     pub const RAY_QUERY: Self = Self::new(&ray_query::INFO);
 
-    /// A tree over instances, and one of each mesh, in compute: exact, with little memory for scenes of many copies. For shadows, where there
-    /// is no indirect light.
+    /// A tree over instances, and one of each mesh, in compute: exact, with little memory for scenes of many copies. A scene has its
+    /// triangles in one level or in two, so the techniques of one image use no other tracer beside it.
     pub const TWO_LEVEL: Self = Self::new(&two_level::INFO);
 
     /// A tracer.
@@ -204,9 +197,9 @@ impl Tracer {
         Self::own().into_iter().chain(registered.iter().copied()).collect()
     }
 
-    /// Those whose hits can be lit: indirect light can use them.
+    /// Those that find a scene's triangles in one level, so that they can share an upload.
     #[doc(hidden)]
-    pub fn of_hits() -> Vec<Self> {
+    pub fn in_one_level() -> Vec<Self> {
         Self::all().into_iter().filter(|tracer| !tracer.parts().instances).collect()
     }
 

@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 use lanternfish_gpu::{CAN_WAIT, Engine, Gpu, GpuError, Requested, checked};
+use lanternfish_scene::Scene;
 
 use super::flight::check_lost;
 use crate::{
@@ -10,7 +11,7 @@ use crate::{
     direct_light::Direct,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{Parts, SceneRequirements, Shading, automatic_anisotropy},
+    gpu_scene::{Parts, SceneRequirements, Shading, automatic_anisotropy, is_of_copies},
     indirect,
     indirect::Indirect,
     light_culling::LightCulling,
@@ -89,18 +90,15 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     }
     let automatic = Tracer::automatic(device.adapter_info().device_type, device.features());
     let tracer = tracer(device, settings.shadows.technique, automatic)?;
-    settings.indirect.resolve_tracer(automatic);
+    settings.indirect.resolve_tracer(beside(tracer, automatic));
     check_samples(device, &settings)?;
     super::frames::check(&settings)?;
     shadows::check(&settings)?;
     let texture_arrays = texture_arrays(device, settings.materials.textures)?;
     let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
     let ambient_visibility_passes = occlusion::passes(device, &settings)?;
-    let ambient_visibility = if ambient_visibility_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
-    let tracers: Vec<Tracer> = tracer.into_iter().chain(settings.indirect.tracers()).collect();
-    // Rays that the structures do not serve are traced through the scene itself.
-    let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
-    let parts = traced | settings.indirect.parts() | ambient_visibility;
+    let direct = settings.direct.technique();
+    let parts = parts(&settings, tracer);
     let structures = structures(tracer, &settings).into_iter().filter_map(|structure| {
         let built = structure.technique()?.build(device);
         Some(built.map(|built| (structure, built)))
@@ -114,11 +112,9 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let needs_motion = settings.image.debug_view == Some(DebugView::Motion) || settings.keeps_history() || is_temporal;
     // Per-pixel estimates use the surface at the pixel's centre.
     let one_sample = needs_normals && settings.image.samples != Samples::One;
-    let direct = settings.direct.technique();
-    let parts = direct.map_or(parts, |technique| parts | technique.parts(&settings));
-    if parts.instances && (parts.bvh || parts.ray_query) {
-        let needed = "`indirect none`, and no other tracer or structure: a scene has its triangles in one form";
-        return Err(RenderError::Together { setting: "`shadows two-level`", needed });
+    if has_both_forms(parts) {
+        let needed = "no technique with a structure, and no other tracer: a scene has its triangles in one form";
+        return Err(RenderError::Together { setting: "the tracer `two-level`", needed });
     }
     let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
     let hides_environment = settings.image.background.hides_environment();
@@ -157,6 +153,43 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let drawn = (needs_normals, needs_motion, one_sample, settings.image.samples, hides_environment, lit);
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
+}
+
+/// The tracer of other rays that `auto` stands for beside that of shadows: a scene has its triangles in one level or in two.
+fn beside(shadows: Option<Tracer>, automatic: Tracer) -> Tracer {
+    shadows.filter(|tracer| tracer.parts().instances).unwrap_or(automatic)
+}
+
+/// The parts of a scene that settings need, whose tracers are chosen.
+fn parts(settings: &Settings, shadows: Option<Tracer>) -> Parts {
+    let tracers = shadows.into_iter().chain(settings.indirect.tracers());
+    // Rays that the structures do not serve are traced through the scene itself.
+    let traced = tracers.fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
+    let direct = settings.direct.technique().map_or(Parts::NONE, |technique| technique.parts(settings));
+    let occlusion = if settings.finds_ambient_visibility() { settings.occlusion.parts() } else { Parts::NONE };
+    let mut parts = traced | settings.indirect.parts() | occlusion | direct;
+    parts.bvh |= parts.hits && !parts.instances;
+    parts
+}
+
+/// True if the parts hold the triangles in both forms.
+fn has_both_forms(parts: Parts) -> bool {
+    parts.instances && (parts.bvh || parts.ray_query)
+}
+
+impl Settings {
+    /// These settings for a scene: `shadows auto` becomes `two-level` where the scene has over 2^20 placed triangles, at least four times as many as
+    /// are stored with one copy of each mesh, and no other technique of these settings needs its triangles in one level. A scene with faults
+    /// changes nothing.
+    pub fn for_scene(&self, scene: &Scene) -> Self {
+        let mut levels = self.clone().with_shadows(ShadowSetting::Traced(Tracer::TWO_LEVEL));
+        levels.indirect.resolve_tracer(Tracer::TWO_LEVEL);
+        let is_auto = self.shadows.technique == ShadowSetting::Auto;
+        match is_auto && !has_both_forms(parts(&levels, Some(Tracer::TWO_LEVEL))) && is_of_copies(scene) {
+            true => self.clone().with_shadows(ShadowSetting::Traced(Tracer::TWO_LEVEL)),
+            false => self.clone(),
+        }
+    }
 }
 
 /// The acceleration structures of the inexact tracers, each once: that of shadow rays first, then those of indirect light.

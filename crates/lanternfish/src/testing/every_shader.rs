@@ -68,9 +68,7 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
     let mut requested: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings {
         requested.entry("debug_views/debug").or_default().insert(debug_views::features(settings));
-        // Indirect light needs hits that can be lit.
-        let tracers = if settings.indirect.is_none() { Tracer::all() } else { Tracer::of_hits() };
-        for tracer in [None].into_iter().chain(tracers.into_iter().map(Some)) {
+        for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // Features that draws add.
             let sees_panes = tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer));
             let (no_panes, both) = (&[&[][..]][..], &[&[][..], &[PANES]][..]);

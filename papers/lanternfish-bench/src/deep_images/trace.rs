@@ -36,7 +36,7 @@ impl DeepBench {
         rays: Vec<ReferenceRay>,
     ) -> Result<Vec<Row>, CliError> {
         let (bench, device) = (Rc::clone(&self.bench), self.bench.gpu.device.clone());
-        let known = Tracer::of_hits().into_iter().filter(|known| known.is_supported(&device));
+        let known = Tracer::in_one_level().into_iter().filter(|known| known.is_supported(&device));
         let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
         let requested = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let figures = |through: Tracer| {

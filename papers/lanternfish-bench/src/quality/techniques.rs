@@ -168,7 +168,7 @@ impl Rows<'_> {
             self.add(GroundTruth::OneBounce, &format!("one-bounce {name}"), &changes);
         };
         lambert("none", "indirect none");
-        for tracer in Tracer::of_hits() {
+        for tracer in Tracer::in_one_level() {
             let changes = format!("{ONE_BOUNCE}, indirect-tracer {tracer}");
             if tracer.is_exact() {
                 lambert(tracer.name(), &changes);
@@ -203,7 +203,7 @@ impl Rows<'_> {
             }
         }
         self.add(GroundTruth::OneBounceFile, "one-bounce-file none", "images 128, indirect none");
-        for tracer in Tracer::of_hits() {
+        for tracer in Tracer::in_one_level() {
             let changes = format!("images 128, {ONE_BOUNCE}, glossy-rays 16, indirect-tracer {tracer}");
             self.add(GroundTruth::OneBounceFile, &format!("one-bounce-file {tracer}"), &changes);
         }
@@ -233,7 +233,7 @@ impl Rows<'_> {
         for (name, changes) in occlusions(None, diagonal) {
             self.add(GroundTruth::Environment, &format!("environment {name}"), &changes);
         }
-        for tracer in Tracer::of_hits() {
+        for tracer in Tracer::in_one_level() {
             let changes = format!("{ONE_BOUNCE}, indirect-tracer {tracer}");
             self.add(GroundTruth::EnvironmentBounce, &format!("environment sampled {tracer}"), &changes);
         }

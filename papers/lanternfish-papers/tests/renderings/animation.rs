@@ -233,7 +233,7 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
         ("occlusion hbao".to_owned(), direct().with_occlusion(Hbao { radius: 2.0, ..Hbao::default() })),
         ("virtual lights".to_owned(), direct().with_indirect(VirtualLights::default())),
     ];
-    for tracer in Tracer::of_hits() {
+    for tracer in Tracer::in_one_level() {
         if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out("gpu_skinned_surfaces_change_all_lighting", "this adapter has no ray query");
             continue;

@@ -182,7 +182,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Featu
 }
 
 fn variants() -> Vec<Vec<Feature>> {
-    let rays = rays::exact_in_scenes(Tracer::all()).into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
+    let rays = rays::exact_in_scenes().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
     let emission = [vec![TILES], vec![TILES, EMISSION]];
     emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()

@@ -1,6 +1,6 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::bvh::{self, Effort};
@@ -109,23 +109,28 @@ impl Bvh {
 #[derive(Debug)]
 pub struct Upper {
     pub levels: Vec<Level>,
-    /// The level of each of the scene's instances that has one.
+    /// The level of each of the scene's instances that has one, and no triangle beside it.
     pub of_instance: HashMap<usize, usize>,
     nodes: usize,
     triangles: Vec<TracedTriangle>,
+    /// Index and leaf of each emissive triangle.
+    light_leaves: Vec<(u32, u32)>,
     /// Triangles in all trees.
     count: usize,
 }
 
 impl Upper {
     /// None if the scene is in one level.
-    pub fn of(tracing: &Tracing) -> Option<Self> {
-        let instances = tracing.levels.iter().enumerate();
+    pub fn of(tracing: &Tracing, light_leaves: Vec<(u32, u32)>) -> Option<Self> {
+        let flat: HashSet<u32> =
+            tracing.parts.iter().filter(|part| part.mesh.is_none()).map(|part| part.instance).collect();
+        let instances = tracing.levels.iter().enumerate().filter(|(_, level)| !flat.contains(&level.instance));
         (!tracing.levels.is_empty()).then(|| Self {
             levels: tracing.levels.clone(),
             of_instance: instances.map(|(index, level)| (level.instance as usize, index)).collect(),
             nodes: tracing.upper_nodes,
             triangles: tracing.triangles[..tracing.upper_count].to_vec(),
+            light_leaves,
             count: tracing.triangles.len(),
         })
     }
@@ -138,7 +143,7 @@ impl Upper {
         let nodes = &mut bvh.tree[..self.nodes];
         refit(nodes, &self.triangles);
         queue.write_buffer(&bvh.nodes, 0, bytemuck::cast_slice(nodes));
-        let mut elements = packed(&self.triangles, &[]);
+        let mut elements = packed(&self.triangles, &self.light_leaves);
         place_levels(&mut elements, self.count, &self.triangles, &self.levels);
         let (upper, transforms) = elements.split_at(self.triangles.len());
         queue.write_buffer(&bvh.triangles, 0, bytemuck::cast_slice(upper));
@@ -166,13 +171,13 @@ fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhT
     packed
 }
 
-/// Writes the leaves of instances, and appends what transforms their rays, from the index `first` on.
+/// Writes the leaves of instances, and appends their other two elements, from the index `first` on.
 fn place_levels(elements: &mut Vec<BvhTriangle>, first: usize, triangles: &[TracedTriangle], levels: &[Level]) {
     for (element, triangle) in elements.iter_mut().zip(triangles).filter(|(_, triangle)| triangle.source.part == BOX) {
         let level = triangle.source.triangle;
-        *element = levels[level as usize].leaf(triangle.corners, first as u32 + level);
+        *element = levels[level as usize].leaf(triangle.corners, first as u32 + 2 * level);
     }
-    elements.extend(levels.iter().map(Level::transform));
+    elements.extend(levels.iter().flat_map(|level| [level.transform(), level.ids()]));
 }
 
 #[cfg(test)]

@@ -48,7 +48,8 @@ pub fn triangles(
     let normal_matrices: Vec<Option<Mat3>> = parts.par_iter().map(matrix_if_emissive).collect();
     let emissive = |(triangle, traced): (usize, &TracedTriangle)| {
         let Source { part, triangle: number, .. } = traced.source;
-        let normal_matrix = normal_matrices[part as usize]?;
+        // An instance's box is of no part.
+        let normal_matrix = normal_matrices.get(part as usize).copied()??;
         let (_, primitive) = parts[part as usize].of(scene);
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[3 * number as usize + i] as usize);
         let material = &scene.materials[primitive.material];

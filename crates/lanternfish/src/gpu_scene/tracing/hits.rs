@@ -22,6 +22,7 @@ use super::{
         },
     },
     Part, Source, Tracing,
+    levels::BOX,
 };
 use crate::error::RenderError;
 
@@ -117,6 +118,9 @@ impl Hits {
 fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriangle> {
     let normal_matrices: Vec<Mat3> = parts.par_iter().map(|part| normal_matrix_of(scene, part)).collect();
     let triangle = |source: &Source| {
+        if source.part == BOX {
+            return HitTriangle::default();
+        }
         let (_, primitive) = parts[source.part as usize].of(scene);
         let material = &scene.materials[primitive.material];
         let first = 3 * source.triangle as usize;
@@ -143,8 +147,11 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
     sources.par_iter().map(triangle).collect()
 }
 
-/// The matrix from object-space to world-space normals of a part, up to a positive factor.
+/// The matrix from object-space normals of a part to those of the tree that it is in, up to a positive factor.
 pub(in crate::gpu_scene) fn normal_matrix_of(scene: &Scene, part: &Part) -> Mat3 {
+    if part.mesh.is_some() {
+        return Mat3::IDENTITY;
+    }
     let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
     // The cofactors: the inverse transpose up to a positive factor; they also exist for singular transforms.
     let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));

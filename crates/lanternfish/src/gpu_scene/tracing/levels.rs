@@ -1,9 +1,9 @@
 //! Two levels: a tree of each mesh that is placed more than once, in its own space, below a tree over its instances.
 //!
-//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which has the corners of its
-//! box, the root of its mesh and the index of the other element, which transforms rays.
+//! An instance takes three elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which has the corners of its
+//! box, the root of its mesh and the index of the others; one that transforms rays; and one with what hits need (`gpu_scene/placed.wesl`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Affine3A, DMat3, Vec3};
 use lanternfish_scene::{
@@ -36,15 +36,19 @@ pub enum Place {
     Nowhere,
 }
 
-/// How each instance of a scene is placed.
-pub fn places(scene: &Scene) -> Vec<Place> {
+/// Ids of triangles that a stored hit can name (`TRIANGLE_BITS` of `indirect/radiance_cache/planes.wesl`).
+pub const MOST_IDS: u64 = 1 << 28;
+
+/// How each instance of a scene is placed. Meshes with one instance stay flat, except those in `mobile`, whose instance has moved.
+pub fn places(scene: &Scene, mobile: &BTreeSet<usize>) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
     // What a pane lets pass depends on its normal in world space; a mesh that bends would need its tree again.
     let stays_flat =
         |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
     let is_flat = |mesh: usize| scene.meshes[mesh].primitives.iter().any(stays_flat);
-    let shared: Vec<bool> = (0..counts.len()).map(|mesh| counts[mesh] > 1 && !is_flat(mesh)).collect();
+    let has_tree = |mesh| (counts[mesh] > 1 || mobile.contains(&mesh)) && !is_flat(mesh);
+    let shared: Vec<bool> = (0..counts.len()).map(has_tree).collect();
     let place = |instance: &Instance| match shared[instance.mesh] {
         true => place_of(&instance.world_from_object),
         false => Place::Flat,
@@ -75,13 +79,16 @@ pub struct Level {
     root: u32,
     /// The box of its mesh.
     bounds: Bounds,
+    /// Id of its first triangle, and of that triangle's element.
+    first_id: u32,
+    first_element: u32,
 }
 
 impl Level {
     pub fn new(scene: &Scene, index: u32) -> Self {
         let instance = &scene.instances[index as usize];
         let (mesh, world_from_object) = (instance.mesh as u32, instance.world_from_object);
-        Self { instance: index, mesh, world_from_object, root: 0, bounds: Bounds::EMPTY }
+        Self { instance: index, mesh, world_from_object, root: 0, bounds: Bounds::EMPTY, first_id: 0, first_element: 0 }
     }
 
     /// Corners of a triangle with the instance's box.
@@ -91,7 +98,7 @@ impl Level {
         [own.min - pad, own.max + pad, own.max + pad]
     }
 
-    /// The box's element. `element`: index of the other one.
+    /// The box's element. `element`: index of the first of the others.
     pub fn leaf(&self, [min, _, max]: [Vec3; 3], element: u32) -> BvhTriangle {
         BvhTriangle { a: min, record: element, b: max, light_leaf: self.root, c: max, opacity: INSTANCE }
     }
@@ -102,6 +109,13 @@ impl Level {
         let [record, light_leaf, opacity] = self.world_from_object.translation.to_array().map(f32::to_bits);
         let [a, b, c] = [0, 1, 2].map(|row| inverse.row(row).as_vec3());
         BvhTriangle { a, record, b, light_leaf, c, opacity }
+    }
+
+    /// The element with the columns of its linear transform, what is added to an element for its id, and its first id.
+    pub fn ids(&self) -> BvhTriangle {
+        let [a, b, c] = self.world_from_object.matrix3.to_cols_array_2d().map(Vec3::from);
+        let record = self.first_id.wrapping_sub(self.first_element);
+        BvhTriangle { a, record, b, light_leaf: self.first_id, c, opacity: 0 }
     }
 }
 
@@ -155,9 +169,10 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     }
     let (upper_nodes, upper_count) = (nodes.len(), order.len());
     let mut roots = BTreeMap::new();
+    let mut first_id = upper_count as u64;
     for (mesh, below) in trees {
         let (first_node, first_leaf) = (nodes.len() as u32, order.len() as u32);
-        roots.insert(mesh, first_node);
+        roots.insert(mesh, (first_node, first_leaf, below.leaves.len() as u64));
         nodes.extend(below.nodes.into_iter().map(|mut node| {
             node.child_base_idx += first_node;
             node.primitive_base_idx += first_leaf;
@@ -165,8 +180,12 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         }));
         order.extend(below.leaves);
     }
-    tracing.levels.iter_mut().for_each(|level| level.root = roots[&level.mesh]);
+    for level in &mut tracing.levels {
+        let (root, first_element, count) = roots[&level.mesh];
+        (level.root, level.first_element, level.first_id) = (root, first_element, first_id as u32);
+        first_id += count;
+    }
     tracing.reorder(&order);
-    (tracing.upper_nodes, tracing.upper_count) = (upper_nodes, upper_count);
+    (tracing.upper_nodes, tracing.upper_count, tracing.id_count) = (upper_nodes, upper_count, first_id);
     nodes
 }

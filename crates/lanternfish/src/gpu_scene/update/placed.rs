@@ -38,6 +38,8 @@ pub struct Placed {
     pub(super) is_unsure: bool,
     /// True if the device has reported an error.
     pub(super) is_distrusted: bool,
+    /// Meshes whose only instance has moved, if the BVH has two levels: then it has a tree of its own.
+    pub(super) mobile: BTreeSet<usize>,
     /// The emission of each material.
     pub(super) shining: Vec<emissive::Shining>,
     /// See [`crate::GpuScene::generation`].
@@ -50,7 +52,7 @@ pub struct Placed {
 
 impl Placed {
     /// The state of a scene that was just uploaded.
-    pub fn new(scene: &Scene, tracing: Tracing) -> Self {
+    pub fn new(scene: &Scene, tracing: Tracing, mobile: BTreeSet<usize>) -> Self {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
@@ -60,6 +62,7 @@ impl Placed {
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
+            mobile,
             generation: next_number(),
             revision: next_number(),
             triangle_order: next_number(),
@@ -76,6 +79,8 @@ pub struct Unchanged {
     pub environment: Option<EnvironmentImage>,
     /// Light of the environment.
     pub environment_light: Option<EnvironmentLight>,
+    /// See [`Placed::mobile`].
+    pub mobile: BTreeSet<usize>,
 }
 
 impl Placed {

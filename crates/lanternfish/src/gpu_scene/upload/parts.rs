@@ -35,8 +35,8 @@ impl Parts {
     pub const INSTANCES: Self = Self { instances: true, ..Self::NONE };
     /// The adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self { ray_query: true, ..Self::NONE };
-    /// Shading data of hits; hits are triangles of the BVH, and light trees choose their lights.
-    pub const HITS: Self = Self { bvh: true, hits: true, light_trees: true, ..Self::NONE };
+    /// Shading data of hits; hits are triangles of the BVH, in one level or two, and light trees choose their lights.
+    pub const HITS: Self = Self { hits: true, light_trees: true, ..Self::NONE };
     /// Trees over lights.
     pub const LIGHT_TREES: Self = Self { light_trees: true, ..Self::NONE };
     /// Light of the environment.

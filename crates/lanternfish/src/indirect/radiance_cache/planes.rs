@@ -20,6 +20,9 @@ gpu_struct! {
     }
 }
 
+/// Planes whose place an instance's two elements take (`INSTANCE_PLANES` of `planes.wesl`).
+const INSTANCE_PLANES: u64 = (2 * size_of::<BvhTriangle>() / size_of::<TrianglePlane>()) as u64;
+
 /// The planes of a scene's triangles at their current positions.
 #[derive(Debug)]
 pub(super) struct Planes {
@@ -50,7 +53,9 @@ impl Planes {
             return Ok(planes.clone());
         }
         let triangles = scene.bvh_triangles().map_or(0, |triangles| triangles.size() / size_of::<BvhTriangle>() as u64);
-        let bytes = size_of::<TrianglePlane>() as u64 * triangles;
+        // Each instance's two elements are stored, too.
+        let count = triangles + (INSTANCE_PLANES - 2) * scene.instances_in_levels();
+        let bytes = size_of::<TrianglePlane>() as u64 * count;
         let planes = match self.made.take() {
             Some((planes, _)) if planes.size() == bytes => planes,
             _ => {
@@ -60,7 +65,7 @@ impl Planes {
             }
         };
         let bindings = scene.bindings().buffer("made_planes", &planes);
-        frame.dispatch(&self.make, &bindings, workgroups(triangles as u32));
+        frame.dispatch(&self.make, &bindings, workgroups(count as u32));
         self.made = Some((planes.clone(), generation));
         Ok(planes)
     }

@@ -10,7 +10,7 @@ use crate::gpu_scene::Parts;
 
 pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "two-level",
-    words: "A tree over instances, and one of each mesh: little memory for many copies; direct light alone",
+    words: "A tree over instances, and one of each mesh: little memory for many copies",
     feature: Feature::choosing("tracer_two_level", "tracer", "rays/two_level/tracer", None),
     parts: Parts::INSTANCES,
     needs: wgpu::Features::empty(),

@@ -10,6 +10,7 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     rays::{RayTracer, TracedRay},
     settings::{Shadows, Tracer},
+    techniques::{Bounces, Sampled, SampledLights},
     testing::{Random, looking, quad, scene_of},
 };
 
@@ -168,10 +169,73 @@ fn gpu_images_are_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
     }
 }
 
+/// The same with an emissive leaf, a sky and all light.
+fn glowing(count: usize) -> Scene {
+    let mut scene = copies(count);
+    scene.sky = Vec3::new(0.2, 0.3, 0.5);
+    scene.materials.push(Material { emissive: Vec3::new(9.0, 5.0, 2.0), ..Material::default() });
+    scene.meshes[1].primitives.push(quad(2, Vec3::Y, 0.4 * Vec3::X, 0.4 * Vec3::Z));
+    scene
+}
+
+fn all_light(gpu: &Gpu, tracer: Tracer, bounces: Bounces) -> Renderer {
+    let indirect = Sampled { bounces, ..Sampled::default() };
+    let direct = SampledLights::default();
+    Renderer::with_engine(&testing::engine(gpu), settings(tracer).with_direct(direct).with_indirect(indirect)).unwrap()
+}
+
+/// Relative difference of the means of two images, and the fraction of pixels that differ by over a tenth.
+fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> [f64; 2] {
+    let sum = |image: &[[f32; 4]]| image.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum::<f64>();
+    let is_other = |(a, b): &(&[f32; 4], &[f32; 4])| (0..3).any(|i| (a[i] - b[i]).abs() > 0.1 * a[i].abs().max(0.02));
+    let others = a.iter().zip(b).filter(is_other).count();
+    [(sum(b) / sum(a) - 1.0).abs(), others as f64 / a.len() as f64]
+}
+
 #[gpu_test]
-fn gpu_light_of_hits_needs_one_level(gpu: &Gpu) {
+fn gpu_hits_are_lit_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
+    let size = [96, 64];
+    for bounces in [Bounces::ONE, Bounces::All] {
+        let mut scene = glowing(200);
+        let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| all_light(gpu, tracer, bounces));
+        let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
+            renderer.render(uploaded, &camera(), size).unwrap().radiance
+        };
+        let uploaded_flat = flat.upload(&scene).unwrap();
+        let mut uploaded = two.upload(&scene).unwrap();
+        let (one, other) = (image(&mut flat, &uploaded_flat), image(&mut two, &uploaded));
+        let [mean, others] = apart(&one, &other);
+        println!("{bounces:?}: means differ by {mean:.1e}, {others:.4} of the pixels");
+        // Noise of the cache's first samples depends on the last bit of their positions.
+        assert!(mean < 2e-3 && others < 0.1, "{bounces:?}: {mean}, {others}");
+        // Emissive leaves are in the upper tree: their instances are uploaded again, and all light follows.
+        let shift = Affine3A::from_translation(Vec3::new(0.0, 1.0, 2.0));
+        let moved = [(30, shift * scene.instances[30].world_from_object)];
+        assert!(matches!(two.move_instances(&mut uploaded, &moved), Err(RenderError::NeedsUpdate { .. })));
+        scene.instances[30].world_from_object = moved[0].1;
+        two.update(&mut uploaded, &scene).unwrap();
+        let fresh = two.upload(&scene).unwrap();
+        assert!(image(&mut two, &uploaded) == image(&mut two, &fresh), "{bounces:?}: not what was updated");
+        // Without light of their own they move.
+        scene.materials[2].emissive = Vec3::ZERO;
+        let mut uploaded = two.upload(&scene).unwrap();
+        let moved: Vec<_> = (20..200).step_by(3).map(|i| (i, shift * scene.instances[i].world_from_object)).collect();
+        two.move_instances(&mut uploaded, &moved).unwrap();
+        moved.iter().for_each(|(i, transform)| scene.instances[*i].world_from_object = *transform);
+        let fresh = two.upload(&scene).unwrap();
+        let shown = image(&mut two, &uploaded);
+        let again = image(&mut two, &fresh);
+        // Which of two triangles a ray hits at a common edge depends on the tree.
+        let [mean, others] = apart(&again, &shown);
+        assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was moved: {mean}, {others}");
+        assert!(apart(&other, &shown)[1] > 0.1, "blind to what moves");
+    }
+}
+
+#[gpu_test]
+fn gpu_a_scene_has_its_triangles_in_one_form(gpu: &Gpu) {
     let with = |settings: Settings| Renderer::with_engine(&testing::engine(gpu), settings).err();
-    let indirect = settings(Tracer::TWO_LEVEL).with_indirect(crate::techniques::Sampled::default());
-    assert!(matches!(with(indirect), Some(RenderError::Together { .. })));
-    assert!(with(settings(Tracer::TWO_LEVEL)).is_none());
+    let other = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
+    assert!(matches!(with(settings(Tracer::TWO_LEVEL).with_indirect(other)), Some(RenderError::Together { .. })));
+    assert!(with(settings(Tracer::TWO_LEVEL).with_indirect(Sampled::default())).is_none());
 }

@@ -85,7 +85,7 @@ fn every_occlusion_technique_and_none_has_a_row_for_each_ground_truth() {
 #[test]
 fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
     let sampled = |settings: &Settings| settings.indirect.get::<Sampled>().copied();
-    for tracer in &Tracer::of_hits() {
+    for tracer in &Tracer::in_one_level() {
         assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer.fixed()));
     }
     for resolution in IndirectResolution::ALL {

@@ -155,7 +155,7 @@ impl IndirectTechnique for PhotonSplatting {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS
+        Parts::HITS | Parts::BVH
     }
 
     fn tracers(&self) -> Vec<Tracer> {

@@ -295,7 +295,7 @@ impl IndirectTechnique for VirtualLights {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS
+        Parts::HITS | Parts::BVH
     }
 
     fn tracers(&self) -> Vec<Tracer> {

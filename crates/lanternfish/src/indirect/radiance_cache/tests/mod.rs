@@ -274,6 +274,7 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     memory.bind(&["cache_update"], &[UPDATE]);
     memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
     memory.bind(&["entry_counters"], &[0u32; 4]);
+    memory.bind(&["traced_levels"], &[crate::gpu_scene::TracedLevels::ONE]);
     bind_table(&mut memory, table, "entry_", "earlier_hits");
     memory
 }
