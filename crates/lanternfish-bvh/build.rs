@@ -1,0 +1,5 @@
+//! See `lanternfish-build`.
+
+fn main() {
+    lanternfish_build::write_shaders();
+}

@@ -1,0 +1,119 @@
+//! The binary tree: primitives along a curve, and locally ordered clustering.
+
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, GpuError, primitives::RadixSort};
+
+use crate::{
+    BOX_BYTES, DeviceBvh, Primitives,
+    builder::{ByKind, kernel, step, workgroups},
+    parameters::{MAX_ITERATIONS, WORKGROUP},
+};
+
+/// The binary tree of a build, which is dropped with the frame.
+pub(crate) struct BinaryTree {
+    pub count: u32,
+    /// Boxes of the primitives, and later the plans of inner nodes.
+    boxes: wgpu::Buffer,
+    leaves: wgpu::Buffer,
+    inner: wgpu::Buffer,
+    pub block_sums: wgpu::Buffer,
+}
+
+impl BinaryTree {
+    pub fn new(frame: &mut Frame<'_>, count: u32) -> Result<Self, GpuError> {
+        let mut list = |label: &str| frame.scratch(label, BOX_BYTES * u64::from(count));
+        let (boxes, leaves, inner) = (list("bvh/boxes")?, list("bvh/leaves")?, list("bvh/inner")?);
+        let block_sums = frame.scratch("bvh/block_sums", 8 * u64::from(count.div_ceil(WORKGROUP)))?;
+        Ok(Self { count, boxes, leaves, inner, block_sums })
+    }
+
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .buffer("leaves", &self.leaves)
+            .buffer("inner", &self.inner)
+            .buffer("plans", &self.boxes)
+            .buffer("block_sums", &self.block_sums)
+    }
+}
+
+/// Passes of `binary/`.
+#[derive(Debug)]
+pub(crate) struct Clustering {
+    prepare: ByKind,
+    encode: ComputeKernel,
+    sort: RadixSort,
+    gather: ComputeKernel,
+    nearest: ComputeKernel,
+    plan: ComputeKernel,
+    merge: ComputeKernel,
+}
+
+impl Clustering {
+    pub fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
+        let of = |module, entry| kernel(device, module, entry, &[]);
+        Ok(Self {
+            prepare: ByKind::new(device, "binary/prepare", "prepare")?,
+            encode: of("binary/prepare", "encode")?,
+            sort: RadixSort::new(device, "bvh/sort")?,
+            gather: of("binary/prepare", "gather")?,
+            nearest: of("binary/nearest", "nearest")?,
+            plan: of("binary/plan", "plan_iteration")?,
+            merge: of("binary/merge", "merge")?,
+        })
+    }
+
+    /// Adds the passes that build the tree. The last one writes the root into the first wide node.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        primitives: Primitives<'_>,
+        tree: &BinaryTree,
+        bvh: &DeviceBvh,
+    ) -> Result<(), GpuError> {
+        let count = tree.count;
+        let mut list = |label: &str, bytes: u64| frame.scratch(label, bytes * u64::from(count));
+        let (codes, order, partners) = (list("bvh/codes", 4)?, list("bvh/order", 4)?, list("bvh/partners", 4)?);
+        let clusters = [list("bvh/clusters", 8)?, list("bvh/clusters", 8)?];
+        let center_bounds = frame.zeroed("bvh/center_bounds", 24)?;
+        let first = step(frame, count, 0, 0);
+        let bindings = tree
+            .bindings()
+            .part("bvh_step", &first)
+            .buffer("primitives", primitives.buffer())
+            .buffer("boxes", &tree.boxes)
+            .buffer("center_bounds", &center_bounds)
+            .buffer("codes", &codes)
+            .buffer("sorted_primitives", &order)
+            .buffer("clusters_out", &clusters[0])
+            .buffer("iterations", &bvh.iterations)
+            .buffer("levels", &bvh.levels)
+            .buffer("bvh_nodes", &bvh.nodes);
+        frame.dispatch(self.prepare.of(primitives), &bindings, workgroups(count));
+        frame.dispatch(&self.encode, &bindings, workgroups(count));
+        self.sort.record(frame, &codes, &order, count, 32)?;
+        frame.dispatch(&self.gather, &bindings, workgroups(count));
+
+        let iterations = iterations_for(count);
+        for iteration in 0..iterations {
+            let own = step(frame, count, iteration, iterations);
+            let [from, to] = [0, 1].map(|offset| &clusters[(iteration as usize + offset) % 2]);
+            let bindings = tree
+                .bindings()
+                .part("bvh_step", &own)
+                .buffer("iterations", &bvh.iterations)
+                .buffer("clusters", from)
+                .buffer("clusters_out", to)
+                .buffer("partners", &partners);
+            let offset = 16 * u64::from(iteration);
+            frame.dispatch_indirect(&self.nearest, &bindings, &bvh.iterations, offset);
+            frame.dispatch(&self.plan, &bindings, [1; 3]);
+            frame.dispatch_indirect(&self.merge, &bindings, &bvh.iterations, offset);
+        }
+        Ok(())
+    }
+}
+
+/// Most iterations for this many primitives: three times as many as halving takes, and a few.
+pub(crate) fn iterations_for(count: u32) -> u32 {
+    let halvings = count.next_power_of_two().ilog2();
+    (3 * halvings + 4).min(MAX_ITERATIONS).min(count.saturating_sub(1))
+}
