@@ -213,7 +213,7 @@ fn compare(gpu: &Gpu, pools: &[ThreadPool], what: &str, triangles: &[Corners]) -
 fn main() -> Result<(), Box<dyn Error>> {
     let gpu = testing::gpu("compare").ok_or("no adapter")?;
     let _idle = gpu.idle_at_end();
-    println!("{:?}", gpu.description);
+    println!("{} ({})", gpu.description.name, gpu.description.driver);
     let pool = |threads| ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(0)?];
     let mut counts: Vec<usize> = std::env::args().skip(1).map(|count| count.parse()).collect::<Result<_, _>>()?;
