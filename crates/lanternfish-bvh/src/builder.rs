@@ -47,6 +47,7 @@ impl BvhBuilder {
         let tree = BinaryTree::new(frame, count)?;
         self.clustering.record(frame, primitives, &tree, bvh)?;
         self.wide.record(frame, &tree, bvh);
+        tree.release(frame);
         Ok(())
     }
 

@@ -8,22 +8,34 @@ use crate::{
     parameters::{MAX_ITERATIONS, WORKGROUP},
 };
 
-/// The binary tree of a build, which is dropped with the frame.
+/// The binary tree of a build, and its lists, which later builds of the frame use again.
 pub(crate) struct BinaryTree {
     pub count: u32,
     /// Boxes of the primitives, and later the plans of inner nodes.
     boxes: wgpu::Buffer,
     leaves: wgpu::Buffer,
     inner: wgpu::Buffer,
-    pub block_sums: wgpu::Buffer,
+    codes: wgpu::Buffer,
+    sorted_primitives: wgpu::Buffer,
+    partners: wgpu::Buffer,
+    clusters: [wgpu::Buffer; 2],
+    block_sums: wgpu::Buffer,
 }
 
 impl BinaryTree {
     pub fn new(frame: &mut Frame<'_>, count: u32) -> Result<Self, GpuError> {
-        let mut list = |label: &str| frame.scratch(label, BOX_BYTES * u64::from(count));
-        let (boxes, leaves, inner) = (list("bvh/boxes")?, list("bvh/leaves")?, list("bvh/inner")?);
-        let block_sums = frame.scratch("bvh/block_sums", 8 * u64::from(count.div_ceil(WORKGROUP)))?;
-        Ok(Self { count, boxes, leaves, inner, block_sums })
+        let mut list = |label: &str, bytes: u64| frame.scratch(label, bytes * u64::from(count));
+        Ok(Self {
+            count,
+            boxes: list("bvh/boxes", BOX_BYTES)?,
+            leaves: list("bvh/leaves", BOX_BYTES)?,
+            inner: list("bvh/inner", BOX_BYTES)?,
+            codes: list("bvh/codes", 4)?,
+            sorted_primitives: list("bvh/sorted_primitives", 4)?,
+            partners: list("bvh/partners", 4)?,
+            clusters: [list("bvh/clusters", 8)?, list("bvh/clusters", 8)?],
+            block_sums: frame.scratch("bvh/block_sums", 8 * u64::from(count.div_ceil(WORKGROUP)))?,
+        })
     }
 
     pub fn bindings(&self) -> Bindings<'_> {
@@ -32,6 +44,12 @@ impl BinaryTree {
             .buffer("inner", &self.inner)
             .buffer("plans", &self.boxes)
             .buffer("block_sums", &self.block_sums)
+    }
+
+    pub fn release(self, frame: &mut Frame<'_>) {
+        let Self { boxes, leaves, inner, codes, sorted_primitives, partners, clusters: [a, b], block_sums, .. } = self;
+        let lists = [boxes, leaves, inner, codes, sorted_primitives, partners, a, b, block_sums];
+        lists.iter().for_each(|list| frame.release(list));
     }
 }
 
@@ -70,9 +88,6 @@ impl Clustering {
         bvh: &DeviceBvh,
     ) -> Result<(), GpuError> {
         let count = tree.count;
-        let mut list = |label: &str, bytes: u64| frame.scratch(label, bytes * u64::from(count));
-        let (codes, order, partners) = (list("bvh/codes", 4)?, list("bvh/order", 4)?, list("bvh/partners", 4)?);
-        let clusters = [list("bvh/clusters", 8)?, list("bvh/clusters", 8)?];
         let center_bounds = frame.zeroed("bvh/center_bounds", 24)?;
         let first = step(frame, count, 0, 0);
         let bindings = tree
@@ -81,28 +96,28 @@ impl Clustering {
             .buffer("primitives", primitives.buffer())
             .buffer("boxes", &tree.boxes)
             .buffer("center_bounds", &center_bounds)
-            .buffer("codes", &codes)
-            .buffer("sorted_primitives", &order)
-            .buffer("clusters_out", &clusters[0])
+            .buffer("codes", &tree.codes)
+            .buffer("sorted_primitives", &tree.sorted_primitives)
+            .buffer("clusters_out", &tree.clusters[0])
             .buffer("iterations", &bvh.iterations)
             .buffer("levels", &bvh.levels)
             .buffer("bvh_nodes", &bvh.nodes);
         frame.dispatch(self.prepare.of(primitives), &bindings, workgroups(count));
         frame.dispatch(&self.encode, &bindings, workgroups(count));
-        self.sort.record(frame, &codes, &order, count, 32)?;
+        self.sort.record(frame, &tree.codes, &tree.sorted_primitives, count, 32)?;
         frame.dispatch(&self.gather, &bindings, workgroups(count));
 
         let iterations = iterations_for(count);
         for iteration in 0..iterations {
             let own = step(frame, count, iteration, iterations);
-            let [from, to] = [0, 1].map(|offset| &clusters[(iteration as usize + offset) % 2]);
+            let [from, to] = [0, 1].map(|offset| &tree.clusters[(iteration as usize + offset) % 2]);
             let bindings = tree
                 .bindings()
                 .part("bvh_step", &own)
                 .buffer("iterations", &bvh.iterations)
                 .buffer("clusters", from)
                 .buffer("clusters_out", to)
-                .buffer("partners", &partners);
+                .buffer("partners", &tree.partners);
             let offset = 16 * u64::from(iteration);
             frame.dispatch_indirect(&self.nearest, &bindings, &bvh.iterations, offset);
             frame.dispatch(&self.plan, &bindings, [1; 3]);
@@ -115,5 +130,5 @@ impl Clustering {
 /// Most iterations for this many primitives: three times as many as halving takes, and a few.
 pub(crate) fn iterations_for(count: u32) -> u32 {
     let halvings = count.next_power_of_two().ilog2();
-    (3 * halvings + 4).min(MAX_ITERATIONS).min(count.saturating_sub(1))
+    (3 * halvings + 8).min(MAX_ITERATIONS).min(count.saturating_sub(1))
 }

@@ -31,8 +31,7 @@ mod tests;
 use lanternfish_gpu::{GpuError, ShaderLibrary, storage_buffer, storage_buffer_of};
 
 pub use builder::BvhBuilder;
-pub use parameters::MAX_LEVELS;
-use parameters::{MAX_ITERATIONS, WORKGROUP};
+use parameters::{MAX_ITERATIONS, MAX_LEVELS, WORKGROUP};
 
 /// Every `.wesl` file of this crate; the path of a module is the path of its file.
 static SHADERS: ShaderLibrary = ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));

@@ -58,6 +58,7 @@ impl WideNodes {
                 .buffer("node_boxes", &node_boxes);
             frame.dispatch_indirect(self.refit.of(primitives), &bindings, &bvh.levels, 32 * u64::from(level));
         }
+        frame.release(&node_boxes);
         Ok(())
     }
 }

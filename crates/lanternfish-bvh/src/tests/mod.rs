@@ -1,5 +1,6 @@
 //! Trees of all sizes and of hostile primitives, against brute force on the host.
 
+mod cost;
 mod hostile;
 mod inputs;
 mod rays;
@@ -132,4 +133,22 @@ fn gpu_two_builds_give_the_same_bits(gpu: &Gpu) {
     let points = inputs::packed(&inputs::terrain(40_000));
     let [first, second] = [0; 2].map(|_| device.checked("terrain", Kind::Triangles, &points).0);
     assert!(first == second);
+}
+
+/// The second build of a frame takes the lists of the first.
+#[gpu_test]
+fn gpu_a_frame_may_build_several_trees(gpu: &Gpu) {
+    let mut device = Device::new(gpu);
+    let inputs = [4_000, 5_000, 3_000].map(|count| inputs::packed(&inputs::foliage(count)));
+    let buffers = inputs.each_ref().map(|points| device.upload(points));
+    let mut trees = [4_000, 5_000, 3_000].map(|count| DeviceBvh::new(&gpu.device, count).unwrap());
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut device.profiler);
+    for (tree, buffer) in trees.iter_mut().zip(&buffers) {
+        device.builder.build(&mut frame, Primitives::Triangles(buffer), tree.capacity, tree).unwrap();
+    }
+    frame.submit();
+    for (tree, points) in trees.iter().zip(&inputs) {
+        let read = device.checked_tree("of several", Kind::Triangles, points, tree).0;
+        assert!(read == device.checked("alone", Kind::Triangles, points).0);
+    }
 }

@@ -59,7 +59,8 @@ pub fn check(nodes: &[CwBvhNode], indices: &[u32], boxes: &[Box]) -> Result<Vec<
                     return Err(format!("node {index}: child {child} has {count} primitives from {start}"));
                 }
                 place += count;
-                for primitive in &indices[start as usize..(start + count) as usize] {
+                let leaf = indices.get(start as usize..(start + count) as usize);
+                for primitive in leaf.ok_or_else(|| format!("node {index}: a leaf ends at {place}"))? {
                     if std::mem::replace(&mut seen[*primitive as usize], true) {
                         return Err(format!("node {index}: primitive {primitive} is in two leaves"));
                     }
