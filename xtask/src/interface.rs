@@ -25,9 +25,10 @@ use crate::{
 use listing::{FORMAT, Listing};
 
 /// The crates whose public items are promised.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "lanternfish",
     "lanternfish-build",
+    "lanternfish-bvh",
     "lanternfish-cli",
     "lanternfish-gpu",
     "lanternfish-limits",

@@ -14,8 +14,9 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "dist";
 
 /// Library crates that a browser can run.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 8] = [
     "lanternfish",
+    "lanternfish-bvh",
     "lanternfish-gpu",
     "lanternfish-limits",
     "lanternfish-metrics",

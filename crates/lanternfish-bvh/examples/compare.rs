@@ -43,6 +43,8 @@ struct Device<'a> {
     bvh: DeviceBvh,
     corners: wgpu::Buffer,
     count: u32,
+    /// Of the last run.
+    dispatches: u32,
 }
 
 impl<'a> Device<'a> {
@@ -57,6 +59,7 @@ impl<'a> Device<'a> {
             bvh: DeviceBvh::new(device, count)?,
             corners: storage_buffer_of(device, "corners", &inputs::packed(triangles), none)?,
             count,
+            dispatches: 0,
         })
     }
 
@@ -70,7 +73,9 @@ impl<'a> Device<'a> {
             true => self.builder.build(&mut frame, primitives, self.count, &mut self.bvh)?,
             false => self.builder.refit(&mut frame, primitives, &self.bvh)?,
         }
+        let number = frame.number();
         frame.submit();
+        self.dispatches = self.profiler.commands_of(number).iter().map(|pass| pass.dispatches).sum();
         device.poll(wgpu::PollType::wait_indefinitely())?;
         let ms = 1e3 * start.elapsed().as_secs_f64();
         let mut passes = BTreeMap::new();
@@ -102,8 +107,8 @@ fn bytes_per_triangle(count: u64, nodes: u64, lists: &[u64]) -> [(&'static str, 
     let clusters: u64 = lists.iter().sum();
     // Corners, box; box, code, index; index, box, leaf, cluster.
     let prepare = 80 + 40 + 4 + 32 + 40;
-    // Eight digits: keys twice, values, both written; counts of 16 digits for 128 pairs, written, scanned (read, written) and read.
-    let sort = 8 * (20 + 4 * 16 / 128 * 4 + 2);
+    // Eight digits: keys twice, values, both written; six times the counts of 16 digits for 128 pairs.
+    let sort = 8 * (20 + 3);
     // A cluster and its box, of 9/8 as many as there are; partners; the list again, and the next. A merge: two boxes, two plans, both written.
     let clustering = clusters * 9 / 8 * 40 + clusters * (4 + 12) + (clusters - count) * 8 + count * (8 + 128 + 64);
     // Root; 7 nodes opened; 8 boxes and summaries twice, roots of the next level; the node.
@@ -151,15 +156,17 @@ fn compare(gpu: &Gpu, pools: &[ThreadPool], what: &str, triangles: &[Corners]) -
     device.run(true)?;
     device.run(false)?;
     let (mut times, mut passes) = (Times::new(), Times::new());
-    let mut trees = Vec::new();
+    let (mut trees, mut dispatches) = (Vec::new(), [0; 2]);
     for _ in 0..REPETITIONS {
         trees.clear();
         let (ms, by_pass) = device.run(true)?;
         add(&mut times, "device, build".to_owned(), ms);
         by_pass.into_iter().for_each(|(name, ms)| add(&mut passes, name, ms));
+        dispatches[0] = device.dispatches;
         let (tree, ..) = device.tree()?;
         trees.push(("device", tree));
         add(&mut times, "device, refit".to_owned(), device.run(false)?.0);
+        dispatches[1] = device.dispatches;
         for (name, preset) in presets {
             for (pool, first) in pools.iter().zip([true, false]) {
                 let start = Instant::now();
@@ -178,7 +185,7 @@ fn compare(gpu: &Gpu, pools: &[ThreadPool], what: &str, triangles: &[Corners]) -
     }
     trees.iter().for_each(|(name, tree)| row(name, tree, triangles));
     let (tree, lists, depth) = device.tree()?;
-    println!("  device: {} iterations, {depth} levels, {lists:?}", lists.len());
+    println!("  device: {dispatches:?} dispatches, {} iterations, {depth} levels, {lists:?}", lists.len());
     let bytes = bytes_per_triangle(triangles.len() as u64, tree.nodes.len() as u64, &lists);
     let total: f64 = bytes.iter().map(|(_, bytes)| bytes).sum();
     println!("  bytes a triangle: {bytes:.0?}, together {total:.0}");

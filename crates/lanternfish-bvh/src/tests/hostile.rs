@@ -67,7 +67,7 @@ fn gpu_clustering_ends_for_a_million_equal_boxes(gpu: &Gpu) {
 /// Trees that would be deeper are opened by height. A shader with fewer levels shows it; 3 × 18 holds the height of this binary tree.
 #[gpu_test]
 fn gpu_the_number_of_levels_is_bounded(gpu: &Gpu) {
-    let boxes: Vec<_> = (0..20_000).flat_map(|i| ever_larger(i)).collect();
+    let boxes: Vec<_> = (0..20_000).flat_map(ever_larger).collect();
     let mut device = Device::new(gpu);
     let deep = device.checked("deep", Kind::Boxes, &boxes).1.len();
     assert!(deep > 18 && iterations_for(20_000) <= 3 * 18, "{deep} levels");

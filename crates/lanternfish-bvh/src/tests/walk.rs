@@ -24,7 +24,7 @@ pub fn closest(nodes: &[CwBvhNode], indices: &[u32], triangles: &[Corners], orig
     let mut visits = Visits { t: f32::INFINITY, ..Visits::default() };
     let inverse = 1.0 / direction;
     let octant = direction.cmpge(Vec3::ZERO);
-    let octant = 4 * u32::from(octant.x) | 2 * u32::from(octant.y) | u32::from(octant.z);
+    let octant = 4 * u32::from(octant.x) + 2 * u32::from(octant.y) + u32::from(octant.z);
     let mut stack = vec![(0u32, 0x8000_0000u32)];
     while let Some((base, group)) = stack.pop() {
         let bit = 31 - group.leading_zeros();
