@@ -26,8 +26,12 @@ impl BvhBuilder {
         engine.within(|| Ok(Self { clustering: Clustering::new(device)?, wide: WideNodes::new(device)? }))
     }
 
-    /// Adds the passes that build a tree over the first `count` primitives. The same primitives give the same bits. Fails above the
-    /// capacity of `bvh`.
+    /// Adds the passes that build a tree over the first `count` primitives. The same primitives give the same bits. Fails if a binding of
+    /// the device cannot hold the buffer of the primitives.
+    ///
+    /// # Panics
+    ///
+    /// If `count` exceeds the capacity of `bvh`, or the buffer is too short: bugs of the caller.
     pub fn build(
         &self,
         frame: &mut Frame<'_>,
@@ -35,10 +39,7 @@ impl BvhBuilder {
         count: u32,
         bvh: &mut DeviceBvh,
     ) -> Result<(), GpuError> {
-        if count > bvh.capacity {
-            let what = format!("BVH of {count} primitives in memory for {}", bvh.capacity);
-            return Err(GpuError::TooLarge { what, needed: u64::from(count), limit: u64::from(bvh.capacity) });
-        }
+        assert!(count <= bvh.capacity, "{count} primitives in a BVH for {}", bvh.capacity);
         bvh.count = count;
         if count == 0 {
             frame.encoder().clear_buffer(&bvh.nodes, 0, Some(NODE_BYTES));

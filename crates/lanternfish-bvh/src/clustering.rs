@@ -93,7 +93,7 @@ impl Clustering {
         let bindings = tree
             .bindings()
             .part("bvh_step", &first)
-            .buffer("primitives", primitives.buffer())
+            .buffer("primitives", primitives.buffer(frame.device, count)?)
             .buffer("boxes", &tree.boxes)
             .buffer("center_bounds", &center_bounds)
             .buffer("codes", &tree.codes)

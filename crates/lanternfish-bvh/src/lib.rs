@@ -54,9 +54,20 @@ pub enum Primitives<'a> {
 }
 
 impl<'a> Primitives<'a> {
-    fn buffer(self) -> &'a wgpu::Buffer {
-        match self {
-            Self::Triangles(buffer) | Self::Boxes(buffer) => buffer,
+    /// The buffer. Fails if a binding cannot hold it.
+    ///
+    /// # Panics
+    ///
+    /// If it is too short, which is a bug of the caller.
+    fn buffer(self, device: &wgpu::Device, count: u32) -> Result<&'a wgpu::Buffer, GpuError> {
+        let (Self::Triangles(buffer) | Self::Boxes(buffer)) = self;
+        let bytes = if matches!(self, Self::Triangles(_)) { 48 } else { BOX_BYTES };
+        let (needed, has) = (bytes * u64::from(count), buffer.size());
+        assert!(needed <= has, "{count} primitives of a BVH need {needed} bytes, their buffer has {has}");
+        let limit = device.limits().max_storage_buffer_binding_size;
+        match has <= limit {
+            true => Ok(buffer),
+            false => Err(GpuError::TooLarge { what: "primitives of a BVH".to_owned(), needed: has, limit }),
         }
     }
 }

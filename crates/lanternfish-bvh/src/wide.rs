@@ -49,12 +49,13 @@ impl WideNodes {
         bvh: &DeviceBvh,
         count: u32,
     ) -> Result<(), GpuError> {
+        let primitive_buffer = primitives.buffer(frame.device, count)?;
         let node_boxes = frame.scratch("bvh/node_boxes", BOX_BYTES * most_nodes(count))?;
         for level in (0..levels_for(count)).rev() {
             let own = step(frame, count, level, 0);
             let bindings = of_bvh(bvh)
                 .part("bvh_step", &own)
-                .buffer("primitives", primitives.buffer())
+                .buffer("primitives", primitive_buffer)
                 .buffer("node_boxes", &node_boxes);
             frame.dispatch_indirect(self.refit.of(primitives), &bindings, &bvh.levels, 32 * u64::from(level));
         }
