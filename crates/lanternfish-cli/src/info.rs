@@ -4,6 +4,7 @@ use std::{fmt::Write as _, path::Path};
 
 use clap::Args;
 use glam::Vec3;
+use lanternfish::Settings;
 use lanternfish_metrics::{read_exr_attributes, read_png_texts};
 use lanternfish_scene::{AlphaMode, LightKind, Material, Projection, Scene, printable_name, rig};
 
@@ -11,6 +12,7 @@ use crate::{
     args::{PartArgs, demos},
     ending::has_ending,
     error::CliError,
+    flags::as_flags,
     output,
     progress::Progress,
     render::metadata::SOFTWARE,
@@ -40,7 +42,9 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     } else if let Some(source) = &args.scene {
         // Print warnings as `render` does.
         let progress = Progress::start(false);
-        text += &describe(&scene::load_part(source, &args.part)?);
+        let scene = scene::load_part(source, &args.part)?;
+        text += &describe(&scene);
+        text += &memory(&scene);
         drop(progress);
     }
     if args.adapters {
@@ -81,6 +85,31 @@ impl Lines {
     fn count(&mut self, name: &str, count: usize, more: impl std::fmt::Display) {
         self.add(name, format_args!("{}{more}", grouped(count as u64)));
     }
+}
+
+/// What the default settings take to render the scene, within the process's limit.
+fn memory(scene: &Scene) -> String {
+    let mut lines = Lines::default();
+    match Settings::default().memory_plan(scene) {
+        Ok(plan) => {
+            lines.add("memory", format_args!("{} at most to upload it for `render`", bytes(plan.total())));
+            let levels = if plan.in_levels { " in two levels" } else { "" };
+            let triangles = grouped(plan.traced_triangles);
+            lines.add("  rays", format_args!("{}, {triangles} triangles{levels}", bytes(plan.rays)));
+            let size = match plan.skipped_levels {
+                0 => String::new(),
+                skipped => format!(", at 1/{} of their size to fit", 1 << skipped),
+            };
+            lines.add("  textures", format_args!("{}{size}", bytes(plan.textures)));
+            lines.add("  vertices", format_args!("{}, draws {}", bytes(plan.vertices), bytes(plan.draws)));
+        }
+        Err(error) => lines.add("memory", as_flags(&error.to_string())),
+    }
+    lines.0
+}
+
+fn bytes(count: u64) -> String {
+    format!("{:.1} MB", count as f64 / 1e6)
 }
 
 fn describe(scene: &Scene) -> String {

@@ -112,8 +112,14 @@ async function use() {
     note(`${id} ${other}`, await after(() => change(id, other), id === "scene" ? other : plan.scene));
     note(`${id} ${value}`, await after(() => change(id, value)));
   }
-  // A value that is refused is not left in its control.
-  const refused = plan.controls && [await after(() => change("samples", "8")), await shown.evaluate(() => document.getElementById("samples").value)];
+  // A value that is refused is not left in its control. Frames of the last value may still come before the error.
+  const refused = plan.controls && [];
+  if (plan.controls) {
+    await shown.evaluate(() => { document.getElementById("image").dataset.error = ""; });
+    await change("samples", "8");
+    await shown.waitForFunction(() => document.getElementById("image").dataset.error, null, { timeout: 120_000 });
+    refused.push((await state()).error, await shown.evaluate(() => document.getElementById("samples").value));
+  }
   if (plan.papers) {
     for (const name of await shown.evaluate(() => [...document.querySelectorAll("#papers button")].map(({ textContent }) => textContent))) {
       const began = Date.now();

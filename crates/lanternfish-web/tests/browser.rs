@@ -129,7 +129,8 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     let (truth, all, shown) = (truth(&scene), native(gpu, &scene, ALL), of_browser("all"));
     let [own, browsers] = [&all, &shown].map(|image| (energy(image) / energy(&truth), flip(&truth, image)));
     println!("all light, energy and FLIP to the truth: {own:?} of a program, {browsers:?} of a browser");
-    // SwiftShader's grid of vertices needs rays that start farther from their surface: a program with such a grid has 1.2 % more light.
+    // Known fault: SwiftShader has 2 % more light than a program. Starting rays at the sine of the view's angle, for its coarse grid of
+    // vertices, did not change that.
     assert!((browsers.0 - 1.0).abs() <= 0.04 && browsers.1 <= own.1 + 0.025);
 
     // A file without cameras, as the command line frames it.

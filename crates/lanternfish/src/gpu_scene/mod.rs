@@ -27,16 +27,21 @@ mod visible;
 pub use moving::Sent;
 pub use raster::{Faces, LAYERED, MASKED, PANES, PassState, SceneRaster, TEXTURES};
 pub use scene::GpuScene;
+pub(crate) use shaders::DECLARED;
 #[cfg(test)]
 pub(crate) use shaders::TracedLevels;
-pub(crate) use shaders::DECLARED;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
 pub(crate) use update::previous::GeometryAt;
 pub use upload::{
+    cost::MemoryPlan,
     geometry::{Draw, DrawAlpha, Facing, ImageBehind, Side},
     lobes::Lobes,
     parts::Parts,
     textures::automatic_anisotropy,
 };
-pub(crate) use upload::{cost::is_of_copies, lobes::Shading, needs::SceneRequirements};
+pub(crate) use upload::{
+    cost::{self, is_of_copies},
+    lobes::Shading,
+    needs::SceneRequirements,
+};
 pub use visible::VisibleDraws;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
+use lanternfish_limits::memory::Budget;
 use lanternfish_scene::{Bounds, Scene};
 
 use super::{
@@ -107,9 +108,14 @@ impl GpuScene {
         Self::with(device, queue, scene, needs, StoredLight::of(scene), Unchanged::default())
     }
 
+    /// What uploading a valid scene takes of the process's memory; an error if that does not fit.
+    fn memory_plan(scene: &Scene, needs: &SceneRequirements) -> Result<cost::MemoryPlan, RenderError> {
+        Ok(cost::plan(scene, needs.shading, needs.parts, &Budget::of_process())?)
+    }
+
     /// An error if the process may not allocate what uploading a valid scene needs.
     pub(crate) fn check_memory(scene: &Scene, needs: &SceneRequirements) -> Result<(), RenderError> {
-        Ok(cost::check(scene, needs.shading, needs.parts)?)
+        Self::memory_plan(scene, needs).map(|_| ())
     }
 
     /// Uploads a valid scene, except what is kept of an earlier upload.
@@ -122,9 +128,12 @@ impl GpuScene {
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
         let SceneRequirements { shading, parts, .. } = needs;
-        Self::check_memory(scene, &needs)?;
-        let textures =
-            Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
+        let cost::MemoryPlan { skipped_levels, .. } = Self::memory_plan(scene, &needs)?;
+        if skipped_levels > 0 {
+            tracing::warn!("textures are read at 1/{} of their size: memory", 1 << skipped_levels);
+        }
+        let images = (unchanged.images, skipped_levels);
+        let textures = Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, images)?;
         let StoredLight { light_unit, .. } = light;
         let storage = MaterialStorage { shading, light_unit };
         let materials = Materials::new(device, scene, storage, &textures)?;

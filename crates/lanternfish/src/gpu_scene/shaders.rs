@@ -210,7 +210,7 @@ gpu_struct! {
     pub struct TracedLevels {
         /// Elements of the upper tree.
         upper_count: u32,
-        /// Index of the first instance's two elements.
+        /// Index of the first instance's element with its inverse.
         first_instance: u32,
         /// Number of instances.
         instance_count: u32,

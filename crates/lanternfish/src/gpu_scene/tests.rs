@@ -10,7 +10,7 @@ use super::upload::lights::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,
-    settings::{Shadows, TextureBinding},
+    settings::{Shadows, TextureBinding, Tracer},
     testing::{quad, scene_of},
     view::View,
 };
@@ -120,15 +120,19 @@ fn gpu_odd_scenes_that_are_valid_render(gpu: &Gpu) {
             s.meshes[1].primitives[0].indices = again;
         }),
     ];
-    let mut renderer = everything(gpu);
+    let in_levels = Settings::default().with_shadows(Shadows::Traced(Tracer::TWO_LEVEL));
+    let in_levels = Renderer::with_engine(&testing::engine(gpu), in_levels).unwrap();
     let camera = scene().cameras.remove(0);
-    for (name, change) in oddities {
-        let mut odd = scene();
-        change(&mut odd);
-        assert_eq!(odd.validate(), Ok(()), "{name}");
-        let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let rendering = renderer.render(&uploaded, &camera, [16, 12]).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert!(rendering.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
+    for (mut renderer, copies) in [(everything(gpu), 1), (in_levels, 3)] {
+        for (name, change) in &oddities {
+            let mut odd = scene();
+            change(&mut odd);
+            odd.instances = vec![odd.instances; copies].concat();
+            assert_eq!(odd.validate(), Ok(()), "{name}");
+            let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let image = renderer.render(&uploaded, &camera, [16, 12]).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!(image.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
+        }
     }
 }
 

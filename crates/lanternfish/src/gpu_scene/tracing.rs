@@ -112,9 +112,8 @@ impl Tracing {
         for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene, mobile)) {
             let mesh = instance.mesh as u32;
             match place {
-                Place::Nowhere => {}
                 Place::Flat => parts.extend(parts_of(scene, (index, instance), None)),
-                Place::Level => {
+                Place::Level | Place::Nowhere => {
                     levels.push(Level::new(scene, index));
                     parts.extend(parts_of(scene, (index, instance), None).filter(is_flat));
                     if meshes.insert(mesh) {

@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 use lanternfish_gpu::{CAN_WAIT, Engine, Gpu, GpuError, Requested, checked};
+use lanternfish_limits::memory::Budget;
 use lanternfish_scene::Scene;
 
 use super::flight::check_lost;
@@ -11,7 +12,7 @@ use crate::{
     direct_light::Direct,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{Parts, SceneRequirements, Shading, automatic_anisotropy, is_of_copies},
+    gpu_scene::{MemoryPlan, Parts, SceneRequirements, Shading, automatic_anisotropy, cost, is_of_copies},
     indirect,
     indirect::Indirect,
     light_culling::LightCulling,
@@ -189,6 +190,19 @@ impl Settings {
             true => self.clone().with_shadows(ShadowSetting::Traced(Tracer::TWO_LEVEL)),
             false => self.clone(),
         }
+    }
+
+    /// What uploading a valid scene for these settings takes of the process's memory, without an adapter; an error if that does not fit.
+    #[doc(hidden)]
+    pub fn memory_plan(&self, scene: &Scene) -> Result<MemoryPlan, RenderError> {
+        let mut settings = self.for_scene(scene);
+        let tracer = match settings.shadows.technique {
+            ShadowSetting::None => None,
+            ShadowSetting::Auto => Some(Tracer::BVH),
+            ShadowSetting::Traced(tracer) => Some(tracer),
+        };
+        settings.indirect.resolve_tracer(beside(tracer, Tracer::BVH));
+        Ok(cost::plan(scene, shading(&settings), parts(&settings, tracer), &Budget::of_process())?)
     }
 }
 

@@ -36,7 +36,7 @@ impl GpuScene {
     pub(in crate::gpu_scene) fn check_levels(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         let Some(upper) = &self.upper else { return Ok(()) };
         let fits = |(instance, transform): &&(usize, Affine3A)| {
-            upper.of_instance.contains_key(instance) && place_of(transform) == Place::Level
+            upper.of_instance.contains_key(instance) && place_of(transform) != Place::Flat
         };
         match moved.iter().find(|one| !fits(one)) {
             None => Ok(()),

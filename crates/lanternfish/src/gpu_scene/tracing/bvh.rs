@@ -171,13 +171,15 @@ fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhT
     packed
 }
 
-/// Writes the leaves of instances, and appends their other two elements, from the index `first` on.
+/// Writes the leaves of instances, and appends their other elements, from the index `first` on.
 fn place_levels(elements: &mut Vec<BvhTriangle>, first: usize, triangles: &[TracedTriangle], levels: &[Level]) {
-    for (element, triangle) in elements.iter_mut().zip(triangles).filter(|(_, triangle)| triangle.source.part == BOX) {
-        let level = triangle.source.triangle;
-        *element = levels[level as usize].leaf(triangle.corners, first as u32 + 2 * level);
+    let mut leaves = vec![0; levels.len()];
+    for (index, triangle) in triangles.iter().enumerate().filter(|(_, triangle)| triangle.source.part == BOX) {
+        let level = triangle.source.triangle as usize;
+        elements[index] = levels[level].leaf(triangle.corners, (first + level) as u32);
+        leaves[level] = index as u32;
     }
-    elements.extend(levels.iter().flat_map(|level| [level.transform(), level.ids()]));
+    elements.extend(levels.iter().zip(leaves).map(|(level, leaf)| level.transform(leaf)));
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Two levels: a tree of each mesh that is placed more than once, in its own space, below a tree over its instances.
 //!
-//! An instance takes three elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which has the corners of its
-//! box, the root of its mesh and the index of the others; one that transforms rays; and one with what hits need (`gpu_scene/placed.wesl`).
+//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which has the corners of its
+//! box, its translation, the root of its mesh and the index of the other, which has the inverse of its linear transform and what hits need
+//! (`gpu_scene/placed.wesl`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,7 @@ const INSTANCE: u32 = u32::MAX;
 /// In place of a part: the triangle is an instance's box.
 pub const BOX: u32 = u32::MAX;
 /// Least volume that a transform makes of a unit cube, relative to the product of its edges: below, its inverse is too coarse.
-const LEAST_VOLUME: f64 = 1e-4;
+const LEAST_VOLUME: f64 = 1e-2;
 /// Distance by which a box exceeds what was transformed, relative to its distance from the origin and its size: some roundings.
 const PAD: f32 = 8.0 * f32::EPSILON;
 
@@ -32,7 +33,7 @@ pub enum Place {
     Flat,
     /// It leads to the tree of its mesh.
     Level,
-    /// None can hit it: it has no area.
+    /// The same, and no ray can hit it until it has another transform: it has no area.
     Nowhere,
 }
 
@@ -75,8 +76,9 @@ pub struct Level {
     mesh: u32,
     /// Its transform.
     pub world_from_object: Affine3A,
-    /// Index of its mesh's first node.
+    /// Index of its mesh's first node, and of a node without children.
     root: u32,
+    empty: u32,
     /// The box of its mesh.
     bounds: Bounds,
     /// Id of its first triangle, and of that triangle's element.
@@ -88,7 +90,16 @@ impl Level {
     pub fn new(scene: &Scene, index: u32) -> Self {
         let instance = &scene.instances[index as usize];
         let (mesh, world_from_object) = (instance.mesh as u32, instance.world_from_object);
-        Self { instance: index, mesh, world_from_object, root: 0, bounds: Bounds::EMPTY, first_id: 0, first_element: 0 }
+        Self {
+            instance: index,
+            mesh,
+            world_from_object,
+            root: 0,
+            empty: 0,
+            bounds: Bounds::EMPTY,
+            first_id: 0,
+            first_element: 0,
+        }
     }
 
     /// Corners of a triangle with the instance's box.
@@ -98,24 +109,24 @@ impl Level {
         [own.min - pad, own.max + pad, own.max + pad]
     }
 
-    /// The box's element. `element`: index of the first of the others.
-    pub fn leaf(&self, [min, _, max]: [Vec3; 3], element: u32) -> BvhTriangle {
-        BvhTriangle { a: min, record: element, b: max, light_leaf: self.root, c: max, opacity: INSTANCE }
+    fn is_nowhere(&self) -> bool {
+        place_of(&self.world_from_object) == Place::Nowhere
     }
 
-    /// The element that transforms rays.
-    pub fn transform(&self) -> BvhTriangle {
-        let inverse = DMat3::from_cols_array(&self.world_from_object.matrix3.to_cols_array().map(f64::from)).inverse();
-        let [record, light_leaf, opacity] = self.world_from_object.translation.to_array().map(f32::to_bits);
+    /// The leaf's element. `element`: index of the other one.
+    pub fn leaf(&self, [min, max, _]: [Vec3; 3], element: u32) -> BvhTriangle {
+        let root = if self.is_nowhere() { self.empty } else { self.root };
+        let translation = self.world_from_object.translation.into();
+        BvhTriangle { a: min, record: element, b: max, light_leaf: root, c: translation, opacity: INSTANCE }
+    }
+
+    /// The element with the rows of the inverse linear transform, what is added to an element for its id, the first id, and the leaf.
+    pub fn transform(&self, leaf: u32) -> BvhTriangle {
+        let matrix = DMat3::from_cols_array(&self.world_from_object.matrix3.to_cols_array().map(f64::from));
+        let inverse = if self.is_nowhere() { DMat3::IDENTITY } else { matrix.inverse() };
         let [a, b, c] = [0, 1, 2].map(|row| inverse.row(row).as_vec3());
-        BvhTriangle { a, record, b, light_leaf, c, opacity }
-    }
-
-    /// The element with the columns of its linear transform, what is added to an element for its id, and its first id.
-    pub fn ids(&self) -> BvhTriangle {
-        let [a, b, c] = self.world_from_object.matrix3.to_cols_array_2d().map(Vec3::from);
         let record = self.first_id.wrapping_sub(self.first_element);
-        BvhTriangle { a, record, b, light_leaf: self.first_id, c, opacity: 0 }
+        BvhTriangle { a, record, b, light_leaf: self.first_id, c, opacity: leaf }
     }
 }
 
@@ -180,7 +191,10 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         }));
         order.extend(below.leaves);
     }
+    let empty = nodes.len() as u32;
+    nodes.push(CwBvhNode::default());
     for level in &mut tracing.levels {
+        level.empty = empty;
         let (root, first_element, count) = roots[&level.mesh];
         (level.root, level.first_element, level.first_id) = (root, first_element, first_id as u32);
         first_id += count;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use lanternfish_limits::memory::{Budget, TooMuch};
-use lanternfish_scene::{Primitive, Scene, bvh};
+use lanternfish_scene::{Image, Primitive, Scene, bvh};
 
 use super::{
     super::{
@@ -27,6 +27,9 @@ const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
     + (3 * size_of::<TracedTriangle>() + 2 * size_of::<BvhTriangle>() + 2 * size_of::<HitTriangle>()) as u64;
 /// Bytes per placed primitive: its draw, and twice its shader data.
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
+
+/// Levels of textures that are left out at most.
+const MOST_SKIPPED: u32 = 4;
 
 /// Vertices and indices, draws, and triangles that rays are traced through.
 fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
@@ -52,10 +55,9 @@ fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
         triangles += match places.get(index) {
             _ if !parts.rays() => 0,
             None | Some(Place::Flat) => traced,
-            // A box, its two other elements, and once the mesh's triangles.
-            Some(Place::Level) if !std::mem::replace(&mut counted[instance.mesh], true) => 3 + traced,
-            Some(Place::Level) => 3 + emissive,
-            Some(Place::Nowhere) => 0,
+            // Its two elements, and once the mesh's triangles.
+            Some(_) if !std::mem::replace(&mut counted[instance.mesh], true) => 2 + traced,
+            Some(_) => 2 + emissive,
         };
     }
     [vertices, draws, triangles]
@@ -71,25 +73,113 @@ pub fn is_of_copies(scene: &Scene) -> bool {
     flat >= MANY && flat >= COPIES * counts(scene, Parts::INSTANCES | Parts::HITS)[2]
 }
 
-/// An error if this process may not allocate the memory that uploading `scene` for `parts` needs.
-pub fn check(scene: &Scene, shading: Shading, parts: Parts) -> Result<(), TooMuch> {
-    let [vertices, draws, triangles] = counts(scene, parts);
-    let texels: u64 =
-        textures::read(scene, shading).into_iter().map(|(image, _)| scene.images[image].rgba.len() as u64).sum();
-    let bytes = [
-        vertices.saturating_mul(BYTES_PER_VERTEX),
-        draws.saturating_mul(BYTES_PER_DRAW),
-        triangles.saturating_mul(BYTES_PER_TRACED),
-        texels.saturating_mul(COPIES_OF_TEXELS),
-    ];
-    Budget::of_process().check(bytes.into_iter().fold(0, u64::saturating_add), || {
-        let texels = texels as f64 / 1e6;
+/// Memory that an upload takes at its peak, bytes, by what takes it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MemoryPlan {
+    /// Vertices and indices.
+    pub vertices: u64,
+    /// Draws of primitives.
+    pub draws: u64,
+    /// Triangles and trees that rays are traced through.
+    pub rays: u64,
+    /// Textures with their levels.
+    pub textures: u64,
+    /// Levels of textures that are left out, the largest first, so that the rest fits.
+    pub skipped_levels: u32,
+    /// Number of triangles that rays are traced through.
+    pub traced_triangles: u64,
+    /// True if they are in two levels.
+    pub in_levels: bool,
+}
+
+impl MemoryPlan {
+    /// The sum, bytes.
+    pub fn total(&self) -> u64 {
+        [self.vertices, self.draws, self.rays, self.textures].into_iter().fold(0, u64::saturating_add)
+    }
+
+    fn new(scene: &Scene, shading: Shading, parts: Parts, skipped_levels: u32) -> Self {
+        let [vertices, draws, traced_triangles] = counts(scene, parts);
+        Self {
+            vertices: vertices.saturating_mul(BYTES_PER_VERTEX),
+            draws: draws.saturating_mul(BYTES_PER_DRAW),
+            rays: traced_triangles.saturating_mul(BYTES_PER_TRACED),
+            textures: bytes_of_textures(scene, shading, skipped_levels),
+            skipped_levels,
+            traced_triangles,
+            in_levels: parts.instances,
+        }
+    }
+}
+
+/// Bytes of all textures without so many of their largest levels, which exist while the smaller ones are made.
+fn bytes_of_textures(scene: &Scene, shading: Shading, skipped_levels: u32) -> u64 {
+    let images: Vec<u64> = textures::read(scene, shading)
+        .into_iter()
+        .map(|(image, _)| {
+            let Image { width, height, .. } = scene.images[image];
+            4 * u64::from((width >> skipped_levels).max(1)) * u64::from((height >> skipped_levels).max(1))
+        })
+        .collect();
+    let stored = images.iter().sum::<u64>().saturating_mul(COPIES_OF_TEXELS);
+    match skipped_levels {
+        0 => stored,
+        _ => stored + (images.iter().max().unwrap_or(&0) << (2 * skipped_levels)) * textures::BATCH as u64 / 2,
+    }
+}
+
+/// What uploading `scene` for `parts` takes. If it exceeds the budget, textures are halved, four times at most; an error if that does not
+/// suffice.
+pub fn plan(scene: &Scene, shading: Shading, parts: Parts, budget: &Budget) -> Result<MemoryPlan, TooMuch> {
+    let of = |skipped: u32| MemoryPlan::new(scene, shading, parts, skipped);
+    let fits = |plan: &MemoryPlan| budget.check(plan.total(), String::new).is_ok();
+    if let Some(plan) = (0..=MOST_SKIPPED).map(of).find(fits) {
+        return Ok(plan);
+    }
+    let whole = of(0);
+    budget.check(whole.total(), || {
+        let texels = whole.textures as f64 / COPIES_OF_TEXELS as f64 / 1e6;
+        let MemoryPlan { traced_triangles, .. } = whole;
         // What helps, where most are copies.
-        let [.., stored] = counts(scene, Parts { bvh: false, instances: true, ..parts });
-        let levels = match parts.bvh && triangles > COPIES * stored {
+        let [_, draws, stored] = counts(scene, Parts { bvh: false, instances: true, ..parts });
+        let levels = match parts.bvh && traced_triangles > COPIES * stored {
             true => format!(" (with `shadows two-level` {stored} triangles)"),
             false => String::new(),
         };
-        format!("{triangles} placed triangles{levels}, {draws} draws and {texels:.0} MB of textures need")
-    })
+        format!("{traced_triangles} placed triangles{levels}, {draws} draws and {texels:.0} MB of textures need")
+    })?;
+    Ok(whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::generate::demo;
+
+    use super::*;
+
+    #[test]
+    fn textures_are_halved_until_a_scene_fits() {
+        let mut scene = demo("street").unwrap();
+        let parts = Parts::INSTANCES | Parts::HITS;
+        let plan_of = |scene: &Scene, bytes| plan(scene, Shading::File, parts, &Budget::of(bytes));
+        for image in &mut scene.images {
+            (image.width, image.height) = (2048, 2048);
+        }
+        let whole = plan_of(&scene, u64::MAX).unwrap();
+        assert_eq!((whole.skipped_levels, whole.in_levels), (0, true));
+        let rest = whole.total() - whole.textures;
+        let mut fewer = plan_of(&scene, whole.total() - 1).unwrap();
+        for skipped in 1..=MOST_SKIPPED {
+            assert_eq!((fewer.skipped_levels, fewer.total() - fewer.textures), (skipped, rest));
+            assert!(fewer.textures < whole.textures / 2, "{fewer:?}");
+            let Ok(next) = plan_of(&scene, fewer.total() - 1) else { break };
+            fewer = next;
+        }
+        let error = plan_of(&scene, rest).unwrap_err().to_string();
+        assert!(error.contains("MB of textures need"), "{error}");
+        // One level names two as the remedy.
+        let error = plan(&scene, Shading::File, Parts::HITS | Parts::BVH, &Budget::of(rest)).unwrap_err().to_string();
+        assert!(error.contains("with `shadows two-level`"), "{error}");
+    }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{lobes::Shading, mips};
 
 /// Number of textures whose mip levels are made at a time: bounds the staging memory.
-const BATCH: usize = 16;
+pub(super) const BATCH: usize = 16;
 /// Value of [`Anisotropy::Auto`] on hardware: every adapter supports it.
 const HARDWARE_ANISOTROPY: u16 = 16;
 /// Value of [`Anisotropy::Auto`] on a software adapter: the README lists the time and the error of each value there.
@@ -89,7 +89,7 @@ pub(in crate::gpu_scene) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(u
 }
 
 impl Textures {
-    /// `kept`: images that are already on the device.
+    /// `kept`: images that are already on the device. `skipped`: levels that are left out, the largest first.
     pub(in crate::gpu_scene) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -97,7 +97,7 @@ impl Textures {
         shading: Shading,
         arrays: bool,
         anisotropy: u16,
-        kept: Images,
+        (kept, skipped): (Images, u32),
     ) -> Result<Self, GpuError> {
         let requested: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
         let mut slots = HashMap::new();
@@ -116,7 +116,7 @@ impl Textures {
             return Err(GpuError::TextureSize { name: name.clone(), width: *width, height: *height, limit });
         }
 
-        let white = upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false);
+        let white = upload(device, queue, "white", &[(&[255; 4], 1, 1)], false);
         let mut images = kept;
         images.retain(|key, _| requested.binary_search(key).is_ok());
         let missing: Vec<_> = requested.iter().copied().filter(|key| !images.contains_key(key)).collect();
@@ -124,8 +124,11 @@ impl Textures {
             let levels: Vec<_> = batch.par_iter().map(|(image, srgb)| levels(&scene.images[*image], *srgb)).collect();
             for ((index, srgb), smaller) in batch.iter().zip(levels) {
                 let image = &scene.images[*index];
-                let bytes = smaller.iter().map(|(rgba, ..)| rgba.len() as u64).sum::<u64>() + image.rgba.len() as u64;
-                images.insert((*index, *srgb), (upload_image(device, queue, image, &smaller, *srgb), bytes));
+                let mut levels = vec![(&image.rgba[..], image.width, image.height)];
+                levels.extend(smaller.iter().map(|(rgba, width, height)| (&rgba[..], *width, *height)));
+                let levels = &levels[(skipped as usize).min(levels.len() - 1)..];
+                let bytes = levels.iter().map(|(rgba, ..)| rgba.len() as u64).sum();
+                images.insert((*index, *srgb), (upload(device, queue, &image.name, levels, *srgb), bytes));
             }
             // Submits pending copies, so that their staging memory can be freed.
             queue.submit([]);
@@ -211,22 +214,14 @@ fn levels(image: &Image, srgb: bool) -> Vec<Level> {
     }
 }
 
-fn upload_image(
+/// `levels`: texels, width and height of each.
+fn upload(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
-    image: &Image,
-    smaller: &[Level],
+    label: &str,
+    levels: &[(&[u8], u32, u32)],
     srgb: bool,
 ) -> wgpu::TextureView {
-    let texture = create(device, &image.name, (image.width, image.height), smaller.len() as u32 + 1, srgb);
-    write(queue, &texture, 0, &image.rgba, (image.width, image.height));
-    for (level, (rgba, width, height)) in smaller.iter().enumerate() {
-        write(queue, &texture, level as u32 + 1, rgba, (*width, *height));
-    }
-    texture.create_view(&Default::default())
-}
-
-fn upload(device: &wgpu::Device, queue: &wgpu::Queue, label: &str, levels: &[Level], srgb: bool) -> wgpu::TextureView {
     let texture = create(device, label, (levels[0].1, levels[0].2), levels.len() as u32, srgb);
     for (level, (rgba, width, height)) in levels.iter().enumerate() {
         write(queue, &texture, level as u32, rgba, (*width, *height));
@@ -332,7 +327,7 @@ mod tests {
                 materials: vec![Material { base_color_texture: Some(texture), ..Material::default() }],
                 ..Scene::default()
             };
-            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false, 1, Images::new())
+            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false, 1, (Images::new(), 0))
                 .err()
                 .map(|e| e.to_string())
         };

@@ -20,8 +20,8 @@ gpu_struct! {
     }
 }
 
-/// Planes whose place an instance's two elements take (`INSTANCE_PLANES` of `planes.wesl`).
-const INSTANCE_PLANES: u64 = (2 * size_of::<BvhTriangle>() / size_of::<TrianglePlane>()) as u64;
+/// Planes whose place an instance takes (`planes.wesl`).
+const INSTANCE_PLANES: u64 = 8;
 
 /// The planes of a scene's triangles at their current positions.
 #[derive(Debug)]
@@ -53,8 +53,8 @@ impl Planes {
             return Ok(planes.clone());
         }
         let triangles = scene.bvh_triangles().map_or(0, |triangles| triangles.size() / size_of::<BvhTriangle>() as u64);
-        // Each instance's two elements are stored, too.
-        let count = triangles + (INSTANCE_PLANES - 2) * scene.instances_in_levels();
+        // An instance's element is one of the triangles.
+        let count = triangles + (INSTANCE_PLANES - 1) * scene.instances_in_levels();
         let bytes = size_of::<TrianglePlane>() as u64 * count;
         let planes = match self.made.take() {
             Some((planes, _)) if planes.size() == bytes => planes,
@@ -69,4 +69,10 @@ impl Planes {
         self.made = Some((planes.clone(), generation));
         Ok(planes)
     }
+}
+
+#[cfg(test)]
+#[test]
+fn an_instance_takes_as_many_places_as_the_shader_says() {
+    assert_eq!(crate::shaders::constant("indirect/radiance_cache/planes", "INSTANCE_PLANES"), INSTANCE_PLANES as f64);
 }
