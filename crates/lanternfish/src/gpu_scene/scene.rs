@@ -10,12 +10,13 @@ use super::{
     shaders::SoftShadows,
     tracing::{
         Tracing,
-        bvh::{self, Bvh, Upper},
+        bvh::{self, Bvh},
         emissive,
         hits::Hits,
         levels::MOST_IDS,
         panes::Pane,
         tlas::Tlas,
+        upper::Upper,
     },
     update::{
         placed::{Placed, Unchanged},
@@ -173,6 +174,7 @@ impl GpuScene {
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
         // A ray query has no triangle for the slope of a pane.
         let needs_bvh = parts.bvh || parts.instances || (parts.rays() && !tracing.panes.is_empty());
+        let upper = Upper::of(&tracing, &nodes, leaves.clone());
         let bvh = needs_bvh.then(|| Bvh::new(device, nodes, &tracing, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
@@ -219,7 +221,7 @@ impl GpuScene {
                 &SoftShadows { rays: needs.lights.shadow_rays },
             ),
             bvh,
-            upper: Upper::of(&tracing, leaves),
+            upper,
             traced_levels: uniform_buffer_of(device, "scene/traced_levels", &tracing.shader_levels()),
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
@@ -317,6 +319,12 @@ impl GpuScene {
     /// Instances that have a tree of their mesh below them.
     pub(crate) fn instances_in_levels(&self) -> u64 {
         self.upper.as_ref().map_or(0, |upper| upper.levels.len() as u64)
+    }
+
+    /// The BVH's nodes, if there is a BVH.
+    #[cfg(test)]
+    pub(crate) fn bvh_nodes(&self) -> Option<&wgpu::Buffer> {
+        self.bvh.as_ref().map(|bvh| &bvh.nodes)
     }
 
     /// The BVH's triangles, if there is a BVH.

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use self::{
     levels::{Level, Place},
     panes::{PANE_WORDS, Pane},
+    upper::UpperNodes,
 };
 use super::{
     shaders::{MaskHeader, MaskRecord, TracedLevels},
@@ -27,6 +28,7 @@ mod opacity;
 pub mod panes;
 pub mod refit;
 pub mod tlas;
+pub mod upper;
 
 #[cfg(test)]
 mod tests;
@@ -77,7 +79,7 @@ pub struct Tracing {
     /// Instances with a tree below them: see `levels.rs`.
     pub levels: Vec<Level>,
     /// Nodes of the tree over them, and its triangles, if there are any.
-    pub upper_nodes: usize,
+    pub upper: UpperNodes,
     pub upper_count: usize,
     /// Ids that hits can have: see `gpu_scene/placed.wesl`.
     pub id_count: u64,

@@ -179,7 +179,7 @@ fn has_both_forms(parts: Parts) -> bool {
 }
 
 impl Settings {
-    /// These settings for a scene: `shadows auto` becomes `two-level` where the scene has over 2^20 placed triangles, at least four times as many as
+    /// These settings for a scene: `shadows auto` becomes `two-level` where the scene has over 2^21 placed triangles, at least four times as many as
     /// are stored with one copy of each mesh, and no other technique of these settings needs its triangles in one level. A scene with faults
     /// changes nothing.
     pub fn for_scene(&self, scene: &Scene) -> Self {

@@ -13,7 +13,7 @@ mod animate;
 pub(super) mod bending;
 mod instances;
 pub(super) mod passes;
-mod rebuild;
+pub mod rebuild;
 pub(super) mod sent;
 mod shaders;
 #[cfg(test)]

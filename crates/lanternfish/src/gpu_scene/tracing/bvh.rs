@@ -1,7 +1,5 @@
 //! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
 
-use std::collections::{HashMap, HashSet};
-
 use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -9,9 +7,9 @@ use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing,
-    levels::{self, BOX, Level},
+    TracedTriangle, Tracing, levels,
     refit::{box_of, cost, refit},
+    upper::place_levels,
 };
 use crate::error::RenderError;
 
@@ -26,7 +24,7 @@ pub struct Bvh {
     /// [`BvhTriangle`]s in leaf order.
     pub triangles: wgpu::Buffer,
     /// Copy of the nodes on the host, for refits.
-    tree: Vec<CwBvhNode>,
+    pub(super) tree: Vec<CwBvhNode>,
     /// See [`refit::cost`](super::refit::cost).
     cost_when_built: f64,
 }
@@ -105,54 +103,6 @@ impl Bvh {
     }
 }
 
-/// The tree over instances, on the host: see `levels.rs`.
-#[derive(Debug)]
-pub struct Upper {
-    pub levels: Vec<Level>,
-    /// The level of each of the scene's instances that has one, and no triangle beside it.
-    pub of_instance: HashMap<usize, usize>,
-    nodes: usize,
-    triangles: Vec<TracedTriangle>,
-    /// Index and leaf of each emissive triangle.
-    light_leaves: Vec<(u32, u32)>,
-    /// Triangles in all trees.
-    count: usize,
-}
-
-impl Upper {
-    /// None if the scene is in one level.
-    pub fn of(tracing: &Tracing, light_leaves: Vec<(u32, u32)>) -> Option<Self> {
-        let flat: HashSet<u32> =
-            tracing.parts.iter().filter(|part| part.mesh.is_none()).map(|part| part.instance).collect();
-        let instances = tracing.levels.iter().enumerate().filter(|(_, level)| !flat.contains(&level.instance));
-        (!tracing.levels.is_empty()).then(|| Self {
-            levels: tracing.levels.clone(),
-            of_instance: instances.map(|(index, level)| (level.instance as usize, index)).collect(),
-            nodes: tracing.upper_nodes,
-            triangles: tracing.triangles[..tracing.upper_count].to_vec(),
-            light_leaves,
-            count: tracing.triangles.len(),
-        })
-    }
-
-    /// Writes the instances' boxes and transforms, and refits the tree over them. Returns the number of bytes.
-    pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh) -> u64 {
-        for triangle in self.triangles.iter_mut().filter(|triangle| triangle.source.part == BOX) {
-            triangle.corners = self.levels[triangle.source.triangle as usize].corners();
-        }
-        let nodes = &mut bvh.tree[..self.nodes];
-        refit(nodes, &self.triangles);
-        queue.write_buffer(&bvh.nodes, 0, bytemuck::cast_slice(nodes));
-        let mut elements = packed(&self.triangles, &self.light_leaves);
-        place_levels(&mut elements, self.count, &self.triangles, &self.levels);
-        let (upper, transforms) = elements.split_at(self.triangles.len());
-        queue.write_buffer(&bvh.triangles, 0, bytemuck::cast_slice(upper));
-        let first = (self.count * size_of::<BvhTriangle>()) as u64;
-        queue.write_buffer(&bvh.triangles, first, bytemuck::cast_slice(transforms));
-        (size_of_val(nodes) + size_of_val(&elements[..])) as u64
-    }
-}
-
 fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, RenderError> {
     let mut roomy = Vec::with_capacity(tree.len() + tree.len() / SPARE + 1);
     roomy.extend_from_slice(tree);
@@ -161,7 +111,7 @@ fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, Rend
     Ok(storage_buffer_of(device, "scene/bvh_nodes", words, wgpu::BufferUsages::empty())?)
 }
 
-fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {
+pub(super) fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {
     let pack = |triangle: &TracedTriangle| {
         let TracedTriangle { corners: [a, b, c], source } = *triangle;
         BvhTriangle { a, record: source.record, b, light_leaf: 0, c, opacity: source.opacity }
@@ -169,17 +119,6 @@ fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhT
     let mut packed: Vec<BvhTriangle> = triangles.par_iter().map(pack).collect();
     light_leaves.iter().for_each(|(triangle, leaf)| packed[*triangle as usize].light_leaf = leaf + 1);
     packed
-}
-
-/// Writes the leaves of instances, and appends their other elements, from the index `first` on.
-fn place_levels(elements: &mut Vec<BvhTriangle>, first: usize, triangles: &[TracedTriangle], levels: &[Level]) {
-    let mut leaves = vec![0; levels.len()];
-    for (index, triangle) in triangles.iter().enumerate().filter(|(_, triangle)| triangle.source.part == BOX) {
-        let level = triangle.source.triangle as usize;
-        elements[index] = levels[level].leaf(triangle.corners, (first + level) as u32);
-        leaves[level] = index as u32;
-    }
-    elements.extend(levels.iter().zip(leaves).map(|(level, leaf)| level.transform(leaf)));
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing};
+use super::{Source, TracedTriangle, Tracing, refit::refit, upper::UpperNodes};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.
@@ -170,15 +170,8 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         upper.push(tracing.triangles.len() as u32);
         tracing.triangles.push(TracedTriangle { corners: level.corners(), source });
     }
-    let boxes: Vec<Aabb> = upper.par_iter().map(|index| tracing.bounds(&tracing.triangles[*index as usize])).collect();
-    let mut nodes = vec![CwBvhNode::default()];
-    let mut order = Vec::new();
-    if !upper.is_empty() {
-        let built = bvh::build(&boxes, Effort::High);
-        nodes = built.nodes;
-        order.extend(built.primitive_indices.iter().map(|index| upper[*index as usize]));
-    }
-    let (upper_nodes, upper_count) = (nodes.len(), order.len());
+    let (placed, mut nodes, mut order) = UpperNodes::build(tracing, &upper);
+    let upper_count = order.len();
     let mut roots = BTreeMap::new();
     let mut first_id = upper_count as u64;
     for (mesh, below) in trees {
@@ -200,6 +193,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         first_id += count;
     }
     tracing.reorder(&order);
-    (tracing.upper_nodes, tracing.upper_count, tracing.id_count) = (upper_nodes, upper_count, first_id);
+    refit(&mut nodes[..placed.count], &tracing.triangles[..upper_count]);
+    (tracing.upper, tracing.upper_count, tracing.id_count) = (placed, upper_count, first_id);
     nodes
 }

@@ -64,7 +64,7 @@ fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
 }
 
 /// Triangles from which on two levels are chosen, and their number in one level over that in two: below, one tree is built within seconds.
-const MANY: u64 = 1 << 20;
+const MANY: u64 = 1 << 21;
 const COPIES: u64 = 4;
 
 /// True if a valid scene has so many copies that two levels serve it better than one.

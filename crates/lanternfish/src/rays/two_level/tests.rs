@@ -169,6 +169,46 @@ fn gpu_images_are_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
     }
 }
 
+/// Instances that move far apart get another tree, whose rays hit the same as those of a fresh upload.
+#[gpu_test]
+fn gpu_the_tree_over_instances_is_built_again(gpu: &Gpu) {
+    let (mut scene, rays) = (copies(300), rays(20_000));
+    let two = renderer(gpu, Tracer::TWO_LEVEL);
+    let mut uploaded = two.upload(&scene).unwrap();
+    let mut nodes = read_nodes(gpu, &uploaded);
+    let mut random = Random::new(31);
+    for step in 0..4 {
+        let place = |i: usize| {
+            let shift = Affine3A::from_translation(30.0 * random.point());
+            (i, shift * scene.instances[i].world_from_object)
+        };
+        let moved: Vec<(usize, Affine3A)> = (20..300).map(place).collect();
+        moved.iter().for_each(|(i, transform)| scene.instances[*i].world_from_object = *transform);
+        two.move_instances(&mut uploaded, &moved).unwrap();
+        let now = read_nodes(gpu, &uploaded);
+        assert_ne!(
+            children(&now),
+            children(&std::mem::replace(&mut nodes, now.clone())),
+            "step {step}: refitted alone"
+        );
+        let fresh = two.upload(&scene).unwrap();
+        let [moved, fresh] = [&uploaded, &fresh].map(|scene| distances(gpu, scene, Tracer::TWO_LEVEL, &rays));
+        let [wrong, hits] = differing(&fresh, &moved);
+        assert!(wrong == 0 && hits > 3000, "step {step}: {wrong} of {hits}");
+    }
+}
+
+/// Words of the nodes.
+fn read_nodes(gpu: &Gpu, uploaded: &GpuScene) -> Vec<u32> {
+    let nodes = uploaded.bvh_nodes().unwrap();
+    read_back(&gpu.device, &gpu.queue, nodes, nodes.size() as usize / 4).unwrap()
+}
+
+/// Of each node, what a refit does not change: where its children are.
+fn children(nodes: &[u32]) -> Vec<[u32; 4]> {
+    nodes.as_chunks::<20>().0.iter().map(|node| [node[4], node[5], node[6], node[7]]).collect()
+}
+
 /// Hidden ones, whose scale is zero, stand for those that a program adds and removes. Memory is what was uploaded.
 #[gpu_test]
 fn gpu_a_thousand_instances_appear_move_and_vanish_in_each_of_120_frames(gpu: &Gpu) {
@@ -282,4 +322,20 @@ fn gpu_a_scene_has_its_triangles_in_one_form(gpu: &Gpu) {
     let other = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
     assert!(matches!(with(settings(Tracer::TWO_LEVEL).with_indirect(other)), Some(RenderError::Together { .. })));
     assert!(with(settings(Tracer::TWO_LEVEL).with_indirect(Sampled::default())).is_none());
+}
+
+#[test]
+fn auto_takes_two_levels_for_many_copies_and_where_nothing_else_needs_one() {
+    let mut scene = lanternfish_scene::generate::demo("street").unwrap();
+    let settings = Settings::default();
+    let chosen = |settings: &Settings, scene: &Scene| settings.for_scene(scene).shadows.technique;
+    assert_eq!(chosen(&settings, &scene), Shadows::Auto);
+    scene.instances = vec![scene.instances; 3].concat();
+    assert_eq!(chosen(&settings, &scene), Shadows::Traced(Tracer::TWO_LEVEL));
+    assert_eq!(chosen(&settings.clone().with_shadows(Shadows::BVH), &scene), Shadows::BVH);
+    let own = settings.with_indirect(Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() });
+    assert_eq!(chosen(&own, &scene), Shadows::Auto);
+    // Copies that are flattened anyway are none.
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ONE);
+    assert_eq!(chosen(&Settings::default(), &scene), Shadows::Auto);
 }
