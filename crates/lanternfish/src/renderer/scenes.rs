@@ -12,6 +12,8 @@ impl Renderer {
     /// Uploads a scene: geometry, textures with mip levels, lights, and acceleration structures. A scene that is not valid
     /// ([`Scene::validate`]) is an error that names the cause.
     ///
+    /// A scene of very many copies takes less memory and time with [`Settings::for_scene`](crate::Settings::for_scene).
+    ///
     /// Renderers of one device may share the scene if their settings agree in all of `materials` and `lights` and in
     /// `shadows.rays`, and if they trace only through structures that it was uploaded with (`shadows.technique`,
     /// `indirect`, `occlusion`). Other renderers return [`RenderError::OtherSettings`].
