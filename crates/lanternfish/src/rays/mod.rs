@@ -155,6 +155,9 @@ impl From<Tracer> for TracerChoice {
 /// The tracer answers in parts: one pass for each part of its structure.
 pub const IN_CHUNKS: Feature = Feature::new("in_chunks");
 
+/// Ids of hits may name a triangle of an instance (`gpu_scene/placed.wesl`).
+pub(crate) const IN_LEVELS: Feature = Feature::new("in_levels");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::computed("rays/list", || every_tracer(false))], &[SharedStruct::of::<TracedRay>()]);
@@ -268,6 +271,11 @@ impl Tracer {
     pub fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
         let has_ray_query = features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
         if has_ray_query && kind != wgpu::DeviceType::Cpu { Self::RAY_QUERY } else { Self::BVH }
+    }
+
+    /// Features of shaders that look up its hits.
+    pub(crate) fn features_of_ids(self) -> &'static [Feature] {
+        if self.parts().instances { &[IN_LEVELS] } else { &[] }
     }
 
     /// Parts of a scene that it reads.

@@ -55,11 +55,14 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::new("indirect/radiance_cache/planes"),
         Root::new("indirect/radiance_cache/schedule"),
-        Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
+        Root::of(
+            "indirect/radiance_cache/light",
+            &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]], &[&[], &[rays::IN_LEVELS]]],
+        ),
         Root::computed("indirect/radiance_cache/shadow", rays::exact_in_scenes),
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
         Root::computed("indirect/radiance_cache/rays", rays::exact_in_scenes),
-        Root::new("indirect/radiance_cache/intersect"),
+        Root::of("indirect/radiance_cache/intersect", &[&[&[], &[rays::IN_LEVELS]]]),
         Root::new("indirect/radiance_cache/accumulate"),
         Root::new("indirect/radiance_cache/propagate"),
         Root::new("indirect/radiance_cache/rehash"),
@@ -293,14 +296,15 @@ impl RadianceCache {
                 TracePass::new(tracer, structure, kernel("trace", &tracer.features(structure, true), "trace")?),
             ),
         };
+        let of_ids = tracer.features_of_ids();
         let kernels = Kernels {
             choose: kernel("schedule", &[], "choose")?,
             choose_again: kernel("schedule", &[], "choose_again")?,
-            light: kernel("light", &[EVENLY_SENT], "light")?,
-            light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
+            light: kernel("light", &[&[EVENLY_SENT], of_ids].concat(), "light")?,
+            light_environment: kernel("light", &[&[EVENLY_SENT, ENVIRONMENT], of_ids].concat(), "light")?,
             rays,
-            intersect: kernel("intersect", &[], "intersect")?,
-            store_hits: kernel("intersect", &[], "store_hits")?,
+            intersect: kernel("intersect", of_ids, "intersect")?,
+            store_hits: kernel("intersect", of_ids, "store_hits")?,
             accumulate: kernel("accumulate", &[], "accumulate")?,
             propagate: kernel("propagate", &[], "propagate")?,
             propagate_scheduled: kernel("propagate", &[], "propagate_scheduled")?,

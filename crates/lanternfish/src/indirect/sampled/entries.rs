@@ -16,6 +16,7 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     indirect::radiance_cache::{CacheOfFrame, FEWEST, RadianceCache},
+    rays::Tracer,
 };
 
 /// Largest list of rays' entries, bytes: the sample indices of larger frames are processed in parts.
@@ -42,18 +43,19 @@ pub(super) struct EntryPasses {
 }
 
 impl EntryPasses {
-    /// Compiles the passes. `of_rays`: features of the shaders that read rays; `folder`: the first part of their labels.
-    pub fn new(device: &wgpu::Device, of_rays: &[Feature], folder: &str) -> Result<Self, RenderError> {
+    /// Compiles the passes. `of_rays`: features of the shaders that read rays; `tracer`: of these rays; `folder`: the first part of their labels.
+    pub fn new(device: &wgpu::Device, of_rays: &[Feature], tracer: Tracer, folder: &str) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/entries/{entry}")))
         };
         let of_probes: Vec<Feature> = of_rays.iter().copied().filter(|feature| *feature == PROBES).collect();
+        let with_ids = |features: &[Feature]| [features, tracer.features_of_ids()].concat();
         Ok(Self {
-            find: kernel("find_entries", of_rays, "find")?,
-            find_and_add: kernel("find_entries", of_rays, "find_and_add")?,
-            insert: kernel("insert_entries", &of_probes, "insert")?,
-            scatter: kernel("insert_entries", &of_probes, "scatter")?,
+            find: kernel("find_entries", &with_ids(of_rays), "find")?,
+            find_and_add: kernel("find_entries", &with_ids(of_rays), "find_and_add")?,
+            insert: kernel("insert_entries", &with_ids(&of_probes), "insert")?,
+            scatter: kernel("insert_entries", &with_ids(&of_probes), "scatter")?,
             gather: kernel("gather_entries", of_rays, "gather")?,
             gather_missing: kernel("gather_entries", of_rays, "gather_missing")?,
         })

@@ -37,7 +37,7 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::Surface,
-    rays::{Structure, Tracer, every_tracer, exact_in_scenes},
+    rays::{IN_LEVELS, Structure, Tracer, every_tracer, exact_in_scenes},
     settings::Settings,
     shaders::{Root, Shaders},
 };
@@ -55,11 +55,11 @@ const MOST_WEIGHED: u32 = 16;
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::computed("indirect/sampled/trace", || of_each_source(every_tracer(true))),
-        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]], &[&[], &[PROBES]]]),
+        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]], &[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
         Root::computed("indirect/sampled/shadow", || of_each_source(exact_in_scenes())),
         Root::computed("indirect/sampled/emitters", exact_in_scenes),
-        Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
-        Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]]]),
+        Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]], &[&[], &[IN_LEVELS]]]),
+        Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
         Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
     ],
     &[

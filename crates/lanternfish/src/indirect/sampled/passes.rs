@@ -70,18 +70,19 @@ impl RayPasses {
             let (module, label) = (format!("indirect/sampled/{entry}"), format!("{folder}/{entry}"));
             SceneKernel::new(device, DECLARED, &module, &exact, entry, &label)
         };
+        let of_ids = traced.features_of_ids();
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
             trace: TracePass::new(traced, structure, kernel("trace", &traced.features(structure, true))?),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
-            shade: kernel("shade", &[])?,
-            shade_environment: kernel("shade", &[ENVIRONMENT])?,
+            shade: kernel("shade", of_ids)?,
+            shade_environment: kernel("shade", &[&[ENVIRONMENT], of_ids].concat())?,
             shadow: of_scene("shadow")?,
             shades_many: !is_of_pixels,
             emitters: if is_of_pixels { Some(of_scene("emitters")?) } else { None },
             entries: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(EntryPasses::new(device, of_rays, folder)?),
+                HitLight::Cached => Some(EntryPasses::new(device, of_rays, traced, folder)?),
             },
         })
     }
