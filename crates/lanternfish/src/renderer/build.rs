@@ -115,7 +115,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let one_sample = needs_normals && settings.image.samples != Samples::One;
     if has_both_forms(parts) {
         let needed = "no technique with a structure, and no other tracer: a scene has its triangles in one form";
-        return Err(RenderError::Together { setting: "the tracer `two-level`", needed });
+        return Err(RenderError::Together { setting: "`shadows two-level` or `indirect-tracer two-level`", needed });
     }
     let direct = direct.map(|technique| technique.build(device, &settings, tracer)).transpose()?;
     let hides_environment = settings.image.background.hides_environment();
