@@ -173,6 +173,8 @@ if __name__ == "__main__":
 def test_signals_end_the_work_between_frames():
     code = """
 import os, signal, threading, lanternfish as lf
+# A shell without a terminal starts jobs that ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = lf.load("demo:cornell")
 renderer = lf.Renderer(scene, indirect="none", accumulate=100000)
 threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()

@@ -18,9 +18,6 @@ use super::{
 };
 use crate::gpu_scene::{moving::rebuild::LIMIT, shaders::BvhTriangle};
 
-/// Spare nodes of the tree over instances: one for each this many, and as many more. Trees over the same boxes have about as many nodes.
-const SPARE: usize = 4;
-
 /// Where the nodes of the upper tree are, and its elements: world-space triangles, then instances.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UpperNodes {
@@ -49,7 +46,8 @@ impl UpperNodes {
             return (Self { count: nodes.len(), ..Self::default() }, nodes, order);
         }
         let first = 2 + of_flat.nodes.len();
-        let rest = first..first + of_instances.nodes.len() + of_instances.nodes.len() / SPARE + SPARE;
+        // Trees over the same boxes have about as many nodes; over boxes without size, one for each.
+        let rest = first..first + 2 * of_instances.nodes.len() + 8;
         let mut nodes = vec![CwBvhNode::default(); rest.end];
         for (slot, _) in
             [&of_instances.nodes, &of_flat.nodes].into_iter().enumerate().filter(|(_, tree)| !tree.is_empty())
@@ -141,6 +139,8 @@ impl Upper {
         let bounds = |triangle: &TracedTriangle| Aabb::new(triangle.corners[0].into(), triangle.corners[1].into());
         let tree = bvh::build(&own.par_iter().map(bounds).collect::<Vec<_>>(), Effort::Medium);
         if tree.nodes.len() > rest.len() + 1 {
+            // It is not tried again until the boxes have changed as much.
+            self.cost_when_built = cost_of(nodes, &self.triangles);
             return;
         }
         let ordered = tree.primitive_indices.iter().map(|index| own[*index as usize]).collect::<Vec<_>>();

@@ -368,6 +368,9 @@ fn auto_takes_two_levels_for_many_copies_and_where_nothing_else_needs_one() {
     assert_eq!(chosen(&settings.clone().with_shadows(Shadows::BVH), &scene), Shadows::BVH);
     let own = settings.with_indirect(Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() });
     assert_eq!(chosen(&own, &scene), Shadows::Auto);
+    let mut damaged = scene.clone();
+    damaged.instances[0].mesh = 1 << 20;
+    assert_eq!(chosen(&Settings::default(), &damaged), Shadows::Auto);
     // Copies that are flattened anyway are none.
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ONE);
     assert_eq!(chosen(&Settings::default(), &scene), Shadows::Auto);
