@@ -18,7 +18,7 @@ use super::{
             geometry::stored_normal,
             lobes::{MaterialStorage, Shading},
             materials::dielectric_f0,
-            mips::srgb_from_linear,
+            mips::{mean, mean_alpha, srgb_from_linear},
         },
     },
     Part, Source, Tracing,
@@ -359,23 +359,6 @@ fn shrunk(image: &Image) -> Vec<u8> {
         }
     }
     texels
-}
-
-/// Mean of the alpha channel, 0 to 1.
-pub(super) fn mean_alpha(image: &Image) -> f32 {
-    let sum: u64 = image.rgba.par_chunks(4).map(|texel| u64::from(texel[3])).sum();
-    (sum as f64 / 255.0 / f64::from(image.width) / f64::from(image.height)) as f32
-}
-
-/// Mean of the colour channels, 0 to 1; in linear light where they are sRGB.
-pub(super) fn mean(image: &Image, srgb: bool) -> Vec3 {
-    let value = |byte: u8| if srgb { linear_from_srgb(byte) } else { f32::from(byte) / 255.0 };
-    let sum: glam::DVec3 = image
-        .rgba
-        .par_chunks(4)
-        .map(|texel| Vec3::new(value(texel[0]), value(texel[1]), value(texel[2])).as_dvec3())
-        .sum();
-    (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
 }
 
 /// Hits use the mean of specular textures, whose colours vary little.

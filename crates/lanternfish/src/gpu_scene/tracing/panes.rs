@@ -4,9 +4,12 @@ use glam::Vec3;
 use lanternfish_scene::{AlphaMode, Material, Scene};
 
 use super::{
-    super::upload::{lobes::Shading, materials::dielectric_f0},
+    super::upload::{
+        lobes::Shading,
+        materials::dielectric_f0,
+        mips::{mean, mean_alpha},
+    },
     Tracing,
-    hits::{mean, mean_alpha},
 };
 
 /// Words of a [`Block`].

@@ -3,7 +3,9 @@
 
 use std::sync::LazyLock;
 
-use lanternfish_scene::LINEAR_FROM_SRGB;
+use glam::Vec3;
+use lanternfish_scene::{Image, LINEAR_FROM_SRGB, linear_from_srgb};
+use rayon::prelude::*;
 
 /// sRGB byte of a linear value, tabulated in 4,096 steps of its square root: off by one if the exact value lies within a tenth of a
 /// rounding boundary, and in the darkest few.
@@ -21,6 +23,23 @@ static SRGB_FROM_ROOT: LazyLock<Vec<u8>> = LazyLock::new(|| {
 /// sRGB byte of a linear value, 0 to 1.
 pub fn srgb_from_linear(l: f32) -> u8 {
     SRGB_FROM_ROOT[(l.sqrt() * 4096.0).round() as usize]
+}
+
+/// Mean of the alpha channel, 0 to 1.
+pub fn mean_alpha(image: &Image) -> f32 {
+    let sum: u64 = image.rgba.par_chunks(4).map(|texel| u64::from(texel[3])).sum();
+    (sum as f64 / 255.0 / f64::from(image.width) / f64::from(image.height)) as f32
+}
+
+/// Mean of the colour channels, 0 to 1; in linear light where they are sRGB.
+pub fn mean(image: &Image, srgb: bool) -> Vec3 {
+    let value = |byte: u8| if srgb { linear_from_srgb(byte) } else { f32::from(byte) / 255.0 };
+    let sum: glam::DVec3 = image
+        .rgba
+        .par_chunks(4)
+        .map(|texel| Vec3::new(value(texel[0]), value(texel[1]), value(texel[2])).as_dvec3())
+        .sum();
+    (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
 }
 
 /// The next mip level of an image of `width` × `height` RGBA texels, half as large along each axis (rounded down, at least one).
