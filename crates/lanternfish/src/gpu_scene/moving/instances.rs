@@ -46,13 +46,13 @@ impl GpuScene {
         }
     }
 
-    /// Moves instances with a tree below them, and refits the tree over them on the host.
-    fn put_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)]) -> Sent {
+    /// Moves instances with a tree below them, and refits the tree over them on the host, or builds it again if `may_rebuild`.
+    fn put_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)], may_rebuild: bool) -> Sent {
         let (Some(upper), Some(bvh)) = (&mut self.upper, &mut self.bvh) else { return Sent::default() };
         for (instance, transform) in moved {
             upper.levels[upper.of_instance[instance]].world_from_object = *transform;
         }
-        Sent { bytes: upper.send(queue, bvh), ..Sent::default() }
+        Sent { bytes: upper.send(queue, bvh, may_rebuild), ..Sent::default() }
     }
 
     /// See [`crate::Renderer::move_instances`].
@@ -125,7 +125,7 @@ impl GpuScene {
     pub(super) fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         let mut sent = Sent::default();
         if self.upper.is_some() {
-            sent = self.put_levels(frame.queue, moved);
+            sent = self.put_levels(frame.queue, moved, true);
         } else if self.needs.parts.rays() && !moved.is_empty() {
             let moving = match self.moving.take() {
                 Some(moving) => moving,
@@ -141,9 +141,9 @@ impl GpuScene {
         Ok(sent)
     }
 
-    /// The same for an update, if the BVH has two levels.
+    /// The same for an update, if the BVH has two levels. The tree is refitted alone, so that frames do not depend on their order.
     pub(in crate::gpu_scene) fn update_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)]) {
-        self.put_levels(queue, moved);
+        self.put_levels(queue, moved, false);
         self.stand(queue, moved);
     }
 

@@ -111,15 +111,15 @@ impl Upper {
         })
     }
 
-    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly. Returns the
-    /// number of bytes.
-    pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh) -> u64 {
+    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly and
+    /// `may_rebuild`. Returns the number of bytes.
+    pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, may_rebuild: bool) -> u64 {
         for triangle in &mut self.triangles[self.nodes.instances.clone()] {
             triangle.corners = self.levels[triangle.source.triangle as usize].corners();
         }
         let nodes = &mut bvh.tree[..self.nodes.count];
         refit(nodes, &self.triangles);
-        if cost_of(nodes, &self.triangles) > LIMIT * self.cost_when_built {
+        if may_rebuild && cost_of(nodes, &self.triangles) > LIMIT * self.cost_when_built {
             self.rebuild(nodes);
         }
         queue.write_buffer(&bvh.nodes, 0, bytemuck::cast_slice(nodes));
