@@ -18,7 +18,7 @@ use std::{
 
 use glam::Vec3;
 use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
-use lanternfish_gpu::{Engine, Frame, Gpu, Pool, Profiler, read_back, storage_buffer_of, testing};
+use lanternfish_gpu::{Frame, Gpu, Pool, Profiler, read_back, storage_buffer_of, testing};
 use obvhs::{
     BvhBuildParams,
     aabb::Aabb,
@@ -53,7 +53,7 @@ impl<'a> Device<'a> {
         let count = triangles.len() as u32;
         Ok(Self {
             gpu,
-            builder: BvhBuilder::new(&Engine::new(device, &gpu.queue))?,
+            builder: BvhBuilder::new(device)?,
             profiler: Profiler::new(device, &gpu.queue),
             pool: Pool::new(device),
             bvh: DeviceBvh::new(device, count)?,

@@ -1,6 +1,6 @@
 //! The passes of a build.
 
-use lanternfish_gpu::{BufferPart, ComputeKernel, Engine, Feature, Frame, GpuError};
+use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, GpuError};
 
 use crate::{
     DeviceBvh, NODE_BYTES, Primitives, SHADERS,
@@ -20,10 +20,9 @@ pub struct BvhBuilder {
 }
 
 impl BvhBuilder {
-    /// Compiles the passes.
-    pub fn new(engine: &Engine) -> Result<Self, GpuError> {
-        let device = &engine.device;
-        engine.within(|| Ok(Self { clustering: Clustering::new(device)?, wide: WideNodes::new(device)? }))
+    /// Compiles the passes. Within an engine's work ([`lanternfish_gpu::Engine::within`]), those that it has compiled are shared.
+    pub fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
+        Ok(Self { clustering: Clustering::new(device)?, wide: WideNodes::new(device)? })
     }
 
     /// Adds the passes that build a tree over the first `count` primitives. The same primitives give the same bits. Fails if a binding of
@@ -43,6 +42,7 @@ impl BvhBuilder {
         bvh.count = count;
         if count == 0 {
             frame.encoder().clear_buffer(&bvh.nodes, 0, Some(NODE_BYTES));
+            frame.encoder().clear_buffer(&bvh.levels, 0, None);
             return Ok(());
         }
         let tree = BinaryTree::new(frame, count)?;

@@ -3,10 +3,10 @@
 //!
 //! ```no_run
 //! # use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
-//! # fn example(engine: &lanternfish_gpu::Engine, frame: &mut lanternfish_gpu::Frame<'_>, corners: wgpu::Buffer, count: u32)
+//! # fn example(device: &wgpu::Device, frame: &mut lanternfish_gpu::Frame<'_>, corners: wgpu::Buffer, count: u32)
 //! # -> Result<(), lanternfish_gpu::GpuError> {
-//! let builder = BvhBuilder::new(engine)?;
-//! let mut bvh = DeviceBvh::new(&engine.device, count)?;
+//! let builder = BvhBuilder::new(device)?;
+//! let mut bvh = DeviceBvh::new(device, count)?;
 //! builder.build(frame, Primitives::Triangles(&corners), count, &mut bvh)?;
 //! // After the triangles have moved:
 //! builder.refit(frame, Primitives::Triangles(&corners), &bvh)?;

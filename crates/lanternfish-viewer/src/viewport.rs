@@ -40,6 +40,8 @@ pub struct Viewport {
     pub change: Option<Change>,
     renderer: Renderer,
     uploaded: GpuScene,
+    /// The settings that were asked for, and what they are for this scene.
+    requested: Settings,
     settings: Settings,
     /// The target of frames, or the target for each eye.
     renderings: Vec<wgpu::TextureView>,
@@ -65,8 +67,7 @@ pub struct Viewport {
 impl Viewport {
     /// Creates a viewport and uploads the scene.
     pub fn new(gpu: Gpu, scene: Scene, settings: &Settings) -> Result<Self, RenderError> {
-        let settings = shown(settings, &scene);
-        let renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone())?;
+        let renderer = Renderer::new(&gpu.device, &gpu.queue, shown(settings, &scene))?;
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
@@ -100,8 +101,7 @@ impl Viewport {
 
     /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
-        let settings = shown(settings, &self.scene);
-        let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
+        let renderer = Renderer::with_engine(self.renderer.engine(), shown(settings, &self.scene))?;
         let Gpu { device, queue, description } = &self.gpu;
         let gpu = Gpu { device: device.clone(), queue: queue.clone(), description: description.clone() };
         let mut second = Self::of(gpu, Arc::clone(&self.scene), settings, renderer)?;
@@ -111,22 +111,22 @@ impl Viewport {
         Ok(second)
     }
 
-    fn of(gpu: Gpu, scene: Arc<Scene>, settings: Settings, renderer: Renderer) -> Result<Self, RenderError> {
+    fn of(gpu: Gpu, scene: Arc<Scene>, settings: &Settings, renderer: Renderer) -> Result<Self, RenderError> {
         let uploaded = renderer.upload(&scene)?;
         let (size, renderings) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
         let (averaged, drawn) = ((0, None), 0);
         let (report, change, in_flight) = (None, None, None);
-        let shown = ShownImage::new(&gpu, None);
         Ok(Self {
+            requested: settings.clone(),
+            settings: shown(settings, &scene),
+            shown: ShownImage::new(&gpu, None),
             gpu,
             scene,
             report,
             change,
             renderer,
             uploaded,
-            settings,
             renderings,
-            shown,
             eyes: None,
             size,
             averaged,
@@ -142,17 +142,35 @@ impl Viewport {
     /// Replaces the scene. After an error the current scene stays.
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
         self.flush();
-        self.uploaded = self.renderer.upload(&scene)?;
-        self.scene = Arc::new(scene);
+        let settings = shown(&self.requested, &scene);
+        self.renderer.set(settings.clone())?;
+        self.upload(&scene)?;
+        (self.scene, self.settings) = (Arc::new(scene), settings);
         self.restart();
+        Ok(())
+    }
+
+    /// Uploads a scene for the renderer's settings. After an error these are the previous ones.
+    fn upload(&mut self, scene: &Scene) -> Result<(), RenderError> {
+        match self.renderer.upload(scene) {
+            Ok(uploaded) => self.uploaded = uploaded,
+            Err(error) => {
+                self.renderer.set(self.settings.clone())?;
+                return Err(error);
+            }
+        }
         Ok(())
     }
 
     /// Takes over the current scene of another viewport. After an error the current scene stays.
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
         self.flush();
-        self.renderer.update(&mut self.uploaded, &other.scene)?;
-        self.scene = Arc::clone(&other.scene);
+        let settings = shown(&self.requested, &other.scene);
+        match self.renderer.set(settings.clone())? {
+            Change::Upload => self.upload(&other.scene)?,
+            _ => self.renderer.update(&mut self.uploaded, &other.scene)?,
+        }
+        (self.scene, self.settings) = (Arc::clone(&other.scene), settings);
         self.restart();
         Ok(())
     }
@@ -198,23 +216,21 @@ impl Viewport {
 
     /// Changes the settings. After an error the previous settings stay.
     pub fn set(&mut self, settings: &Settings) -> Result<(), RenderError> {
-        let settings = shown(settings, &self.scene);
-        if settings == self.settings {
+        if *settings == self.requested {
             return Ok(());
         }
-        self.flush();
-        let change = self.renderer.set(settings.clone())?;
-        if change == Change::Upload {
-            match self.renderer.upload(&self.scene) {
-                Ok(uploaded) => self.uploaded = uploaded,
-                Err(error) => {
-                    self.renderer.set(self.settings.clone())?;
-                    return Err(error);
-                }
+        let own = shown(settings, &self.scene);
+        if own != self.settings {
+            self.flush();
+            let change = self.renderer.set(own.clone())?;
+            if change == Change::Upload {
+                let scene = Arc::clone(&self.scene);
+                self.upload(&scene)?;
             }
+            (self.settings, self.change) = (own, Some(change));
+            self.restart();
         }
-        (self.settings, self.change) = (settings, Some(change));
-        self.restart();
+        self.requested = settings.clone();
         Ok(())
     }
 

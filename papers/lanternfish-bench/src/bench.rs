@@ -226,7 +226,7 @@ impl Bench {
 
     /// A renderer with these settings and the scene.
     pub fn stage(&self, scene: &Scene, settings: &Settings) -> Result<Stage, RenderError> {
-        let renderer = self.renderer(settings)?;
+        let renderer = self.renderer(&settings.for_scene(scene))?;
         let scene = renderer.upload(scene)?;
         Ok(Stage { renderer, scene })
     }

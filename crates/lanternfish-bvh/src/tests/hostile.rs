@@ -76,7 +76,7 @@ fn gpu_the_number_of_levels_is_bounded(gpu: &Gpu) {
     let edited = host.replace("MAX_LEVELS: u32 = 32;", "MAX_LEVELS: u32 = 18;");
     assert_ne!(*host, edited);
     engine.edit(&SHADERS, [("host".to_owned(), edited)].into());
-    device.builder = BvhBuilder::new(&engine).unwrap();
+    device.builder = engine.within(|| BvhBuilder::new(&gpu.device)).unwrap();
     let shallow = device.checked("shallow", Kind::Boxes, &boxes).1.len();
     assert!(shallow <= 18, "{shallow} levels");
 }

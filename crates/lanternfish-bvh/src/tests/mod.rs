@@ -9,7 +9,7 @@ mod shaders;
 mod validity;
 mod walk;
 
-use lanternfish_gpu::{Engine, Frame, Gpu, Profiler, read_back, storage_buffer_of, testing};
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, storage_buffer_of, testing};
 use obvhs::cwbvh::node::CwBvhNode;
 
 use crate::{BvhBuilder, DeviceBvh, Primitives, wide::levels_for};
@@ -47,8 +47,7 @@ impl Kind {
 
 impl<'a> Device<'a> {
     fn new(gpu: &'a Gpu) -> Self {
-        let engine: Engine = testing::engine(gpu);
-        let builder = BvhBuilder::new(&engine).unwrap();
+        let builder = testing::engine(gpu).within(|| BvhBuilder::new(&gpu.device)).unwrap();
         Self { gpu, builder, profiler: Profiler::new(&gpu.device, &gpu.queue) }
     }
 

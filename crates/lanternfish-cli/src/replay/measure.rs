@@ -40,7 +40,7 @@ pub struct Times {
 impl<'a> Player<'a> {
     /// Compiles the shaders and uploads the scene.
     pub fn new(gpu: &'a Gpu, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
-        let settings = plan.settings.clone();
+        let settings = plan.settings.for_scene(&plan.scene);
         let renderer =
             progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings))?;
         let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&plan.scene))?;
@@ -50,7 +50,7 @@ impl<'a> Player<'a> {
     /// Renders with other settings, for these eyes, each of this size.
     pub fn set(&mut self, settings: &Settings, eyes: Option<Eyes>, size: Size) -> Result<(), CliError> {
         (self.plan.settings, self.plan.eyes, self.plan.size) = (settings.clone(), eyes, size);
-        if self.renderer.set(settings.clone())? == Change::Upload {
+        if self.renderer.set(settings.for_scene(&self.plan.scene))? == Change::Upload {
             self.uploaded = self.renderer.upload(&self.plan.scene)?;
         }
         Ok(())

@@ -10,6 +10,7 @@ use super::{
     shaders::SoftShadows,
     tracing::{
         Tracing,
+        builder::Builder,
         bvh::{self, Bvh},
         emissive,
         hits::Hits,
@@ -154,7 +155,7 @@ impl GpuScene {
         };
         tracing.decide_opacity(mask_bytes);
         tracing.write_panes(scene, shading);
-        let nodes = bvh::build(&mut tracing);
+        let mut nodes = bvh::build(&Builder::of(device, queue), &mut tracing);
         let instance_count = tracing.levels.len() as u64;
         if parts.hits && tracing.id_count > MOST_IDS {
             let remedy = "render with `indirect none`, or fewer instances of large meshes";
@@ -174,7 +175,7 @@ impl GpuScene {
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
         // A ray query has no triangle for the slope of a pane.
         let needs_bvh = parts.bvh || parts.instances || (parts.rays() && !tracing.panes.is_empty());
-        let upper = Upper::of(&tracing, &nodes, leaves.clone());
+        let upper = Upper::of(&tracing, &mut nodes);
         let bvh = needs_bvh.then(|| Bvh::new(device, nodes, &tracing, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 

@@ -19,6 +19,7 @@ use super::{
     upload::{materials::mask_cutoff, mips},
 };
 
+pub mod builder;
 pub mod bvh;
 pub mod emissive;
 mod footprint;
@@ -199,12 +200,12 @@ impl Part {
 }
 
 /// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose corners are not finite
-/// becomes a point: no ray hits it.
+/// becomes a point: no ray hits it; so does an instance's box, which is of no part.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
     let pose_triangle = |source: &Source| {
-        let corners = parts[source.part as usize].corners(scene, source.triangle as usize);
-        let finite = corners.iter().all(|corner| corner.is_finite());
-        TracedTriangle { corners: if finite { corners } else { [Vec3::ZERO; 3] }, source: *source }
+        let corners = parts.get(source.part as usize).map(|part| part.corners(scene, source.triangle as usize));
+        let finite = corners.filter(|corners| corners.iter().all(|corner| corner.is_finite()));
+        TracedTriangle { corners: finite.unwrap_or_default(), source: *source }
     };
     sources.par_iter().map(pose_triangle).collect()
 }

@@ -14,6 +14,9 @@ pub(super) mod previous;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
+
+use glam::{Affine3A, Vec3};
 use lanternfish_scene::{Environment, Scene};
 
 use self::{
@@ -22,10 +25,16 @@ use self::{
 };
 use super::{
     scene::{DRAWS, ENVIRONMENT_BYTES, GpuScene, NODES},
-    tracing::{emissive, pose, tlas::Tlas},
+    tracing::{
+        emissive::{self, Shining},
+        levels::can_have_tree,
+        pose,
+        tlas::Tlas,
+        upper::Upper,
+    },
     upload::{
         geometry::standing,
-        light_unit::stored_environment,
+        light_unit::{StoredLight, stored_environment},
         lights::{LIGHTS, has_area_lights, light_bounds, light_set, packed_lights},
         lobes::MaterialStorage,
     },
@@ -108,9 +117,11 @@ impl GpuScene {
             }
             return Ok(());
         }
-        if self.upper.is_some() {
-            let may_have_moved = |(i, transform): &(usize, glam::Affine3A)| self.placed.may_have_moved(*i, transform);
-            let moved: Vec<_> = transforms(scene).enumerate().filter(may_have_moved).collect();
+        let moved: Vec<(usize, Affine3A)> = transforms(scene)
+            .enumerate()
+            .filter(|(instance, transform)| self.placed.may_have_moved(*instance, transform))
+            .collect();
+        if let Some(upper) = &self.upper {
             if shines_as_before && bent.is_empty() && self.check_levels(&moved).is_ok() {
                 self.update_levels(queue, &moved);
                 if let Some(trees) = &mut self.light_trees {
@@ -119,13 +130,27 @@ impl GpuScene {
                 self.placed.is_unsure = false;
                 return Ok(());
             }
-            let mut unchanged = self.unchanged(&outline);
-            unchanged.mobile.extend(moved.iter().map(|(instance, _)| scene.instances[*instance].mesh));
-            *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
-            return Ok(());
+            // With a tree of its own a mesh's only instance moves at little cost from then on.
+            let gets_tree = |mesh: &usize| {
+                !self.placed.mobile.contains(mesh) && !upper.has_tree_of(*mesh) && can_have_tree(scene, *mesh)
+            };
+            let of_moved = moved.iter().map(|(instance, _)| scene.instances[*instance].mesh);
+            let mobile: BTreeSet<usize> = of_moved.filter(gets_tree).collect();
+            let is_other = |(now, was): (&Shining, &Shining)| (now.0 == Vec3::ZERO) != (was.0 == Vec3::ZERO);
+            if !mobile.is_empty()
+                || bent.iter().any(|mesh| upper.has_tree_of(*mesh))
+                || shining.iter().zip(&self.placed.shining).any(is_other)
+                || !moved.iter().all(|(instance, transform)| upper.takes(*instance, transform))
+            {
+                let mut unchanged = self.unchanged(&outline);
+                unchanged.mobile.extend(mobile);
+                return self.upload_again(device, queue, scene, (light, unchanged), bent.is_empty());
+            }
         }
         let storage = self.material_storage();
-        let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
+        // In two levels, those in world space.
+        let count = self.upper.as_ref().map_or(self.placed.sources.len(), Upper::flat_count);
+        let triangles = pose(scene, &self.placed.parts, &self.placed.sources[..count]);
         if let Some(trees) = &mut self.light_trees {
             let emissive = match self.needs.parts.hits {
                 true => emissive::triangles(scene, storage, &self.placed.parts, &triangles),
@@ -149,8 +174,14 @@ impl GpuScene {
         self.geometry.update_vertices(queue, scene, &bent);
         self.geometry.place(queue, standing(scene));
         self.has_placed();
-        if let Some(bvh) = &mut self.bvh {
-            bvh.update(queue, &triangles, &leaves);
+        match (&mut self.upper, &mut self.bvh) {
+            (Some(upper), Some(bvh)) => {
+                moved.iter().for_each(|(instance, transform)| upper.set_transform(*instance, transform));
+                upper.pose(queue, bvh, &triangles, &leaves);
+                upper.send(queue, bvh, false);
+            }
+            (None, Some(bvh)) => bvh.update(queue, &triangles, &leaves),
+            _ => {}
         }
         if let Some(hits) = &self.hits {
             hits.update(queue, scene, &self.placed.parts, &self.placed.sources);
@@ -162,6 +193,25 @@ impl GpuScene {
         self.placed.vertices = vertices;
         self.placed.is_unsure = false;
         self.placed.generation = next_number();
+        Ok(())
+    }
+
+    /// Uploads a scene that has the same outline. Transforms of the previous frame are kept for motion vectors, if the draws are as before.
+    fn upload_again(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        (light, unchanged): (StoredLight, Unchanged),
+        has_same_vertices: bool,
+    ) -> Result<(), RenderError> {
+        let has_same_draws = has_same_vertices && !self.placed.mirrors_others(transforms(scene).enumerate());
+        self.before_instances_move(queue);
+        let previous = std::mem::take(&mut self.previous);
+        *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
+        if has_same_draws {
+            self.previous = previous;
+        }
         Ok(())
     }
 

@@ -21,8 +21,11 @@ impl Renderer {
     /// later call installs: [`Sent::has_rebuilt`]. Call with an empty list to install it for a scene at rest; means then restart and deep
     /// images are rebuilt, as after a move. Rays return the same distances with either tree; of coincident surfaces either may be hit.
     ///
+    /// With a BVH in two levels the host refits the tree over instances, or builds it again at once: [`Sent::has_rebuilt`] is then always false.
+    ///
     /// Returns an error and does nothing for an instance that does not exist, a transform that is not finite, and, with indirect light, an
-    /// emissive instance ([`RenderError::NeedsUpdate`]): use [`Self::update`] for these. After a device error call `update`.
+    /// emissive instance, and, in two levels, one that has triangles in world space ([`RenderError::NeedsUpdate`]): use [`Self::update`] for these.
+    /// After a device error call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;

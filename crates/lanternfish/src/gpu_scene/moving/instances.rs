@@ -4,10 +4,7 @@ use glam::Affine3A;
 use lanternfish_gpu::Frame;
 
 use super::{
-    super::{
-        scene::GpuScene,
-        tracing::levels::{Place, place_of},
-    },
+    super::scene::GpuScene,
     passes::Moving,
     rebuild::Rebuild,
     sent::Sent,
@@ -35,9 +32,8 @@ impl GpuScene {
     /// An error if the BVH has two levels, and any of these instances has no tree below it, or is so flat that it needs its own triangles.
     pub(in crate::gpu_scene) fn check_levels(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         let Some(upper) = &self.upper else { return Ok(()) };
-        let fits = |(instance, transform): &&(usize, Affine3A)| {
-            upper.of_instance.contains_key(instance) && place_of(transform) != Place::Flat
-        };
+        let fits =
+            |(instance, transform): &&(usize, Affine3A)| upper.is_free(*instance) && upper.takes(*instance, transform);
         match moved.iter().find(|one| !fits(one)) {
             None => Ok(()),
             Some((instance, _)) => Err(RenderError::NeedsUpdate {
@@ -49,9 +45,7 @@ impl GpuScene {
     /// Moves instances with a tree below them, and refits the tree over them on the host, or builds it again if `may_rebuild`.
     fn put_levels(&mut self, queue: &wgpu::Queue, moved: &[(usize, Affine3A)], may_rebuild: bool) -> Sent {
         let (Some(upper), Some(bvh)) = (&mut self.upper, &mut self.bvh) else { return Sent::default() };
-        for (instance, transform) in moved {
-            upper.levels[upper.of_instance[instance]].world_from_object = *transform;
-        }
+        moved.iter().for_each(|(instance, transform)| upper.set_transform(*instance, transform));
         Sent { bytes: upper.send(queue, bvh, may_rebuild), ..Sent::default() }
     }
 

@@ -2,8 +2,8 @@
 //!
 //! 1. `refit.wesl` writes the traversal cost of each node's children beside its box; `cost.wesl` sums the costs, and the sums are read
 //!    back.
-//! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, the triangles are read back, and a thread builds a tree over
-//!    them.
+//! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, a graphics card builds a tree over the triangles, which is read back,
+//!    and a thread checks it. For other devices the triangles are read back, and a thread builds the tree.
 //! 3. All lists in leaf order are put into the new tree's order (`permute.wesl`); its nodes replace the old ones, and are refit to the
 //!    current triangles.
 //!
@@ -14,7 +14,8 @@ use std::sync::{
     atomic::{AtomicU8, Ordering},
 };
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer};
+use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, GpuError, storage_buffer};
 use lanternfish_scene::{
     Bounds,
     bvh::{self, Effort},
@@ -24,7 +25,10 @@ use obvhs::{aabb::Aabb, cwbvh::CwBvh};
 use super::{
     super::{
         shaders::BvhTriangle,
-        tracing::refit::{box_of, cost},
+        tracing::{
+            builder::{boxes_of_leaves, builds, checked, node_count},
+            refit::{box_of, cost},
+        },
     },
     shaders::{CostParameters, DECLARED, PermuteParameters},
 };
@@ -96,7 +100,9 @@ enum Stage {
     Costing(Expected),
     /// The triangles are being read back.
     Reading(Expected),
-    /// A thread builds a tree.
+    /// Levels, nodes and order of a tree are being read back.
+    Collecting([Expected; 3]),
+    /// A thread builds a tree, or checks one.
     Building(Arc<OnceLock<Built>>),
 }
 
@@ -106,6 +112,8 @@ pub struct Rebuild {
     sum: ComputeKernel,
     permute: ComputeKernel,
     sums: wgpu::Buffer,
+    /// None: the host builds trees.
+    builder: Option<BvhBuilder>,
     stage: Stage,
     /// True if anything has moved since the cost was last measured.
     is_behind: bool,
@@ -137,6 +145,7 @@ impl Rebuild {
             sum: kernel("cost", "sum")?,
             permute: kernel("permute", "permute")?,
             sums: storage_buffer(device, "scene/cost_sums", u64::from(SUMS) * 4)?,
+            builder: builds(device).then(|| BvhBuilder::new(device)).transpose()?,
             stage: Stage::Resting,
             is_behind: false,
         })
@@ -170,23 +179,32 @@ impl Rebuild {
                 let ratio = cost / watched.cost_when_built;
                 tracing::debug!("the traversal cost of the BVH is {ratio:.2} times the cost when it was built");
                 if ratio.is_finite() && ratio > LIMIT {
-                    self.stage = Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles));
+                    self.stage = match self.built_on_device(frame, watched) {
+                        Ok(Some(expected)) => Stage::Collecting(expected),
+                        none => {
+                            none.err().into_iter().for_each(|error| tracing::debug!("built on the host: {error}"));
+                            Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles))
+                        }
+                    };
                     return 0;
                 }
             }
+            Stage::Collecting(expected) if expected.iter().all(has_come) => {
+                self.stage = Stage::Building(in_thread(move || {
+                    let [levels, nodes, order] = &expected;
+                    let mut nodes = nodes.take()?;
+                    nodes.truncate(node_count(&levels.take::<u32>()?));
+                    let tree = checked(nodes, order.take()?)?;
+                    let boxes = boxes_of_leaves(&tree);
+                    Some(Built { cost: cost(&tree.nodes, |index| boxes[index]), tree })
+                }));
+                return 0;
+            }
             Stage::Reading(expected) if has_come(&expected) => {
-                let slot = Arc::new(OnceLock::new());
-                self.stage = Stage::Building(slot.clone());
                 let count = watched.triangle_count as usize;
-                in_background(move || {
-                    // Without triangles the rebuild ends without a tree.
-                    let Some(triangles) = expected.take::<BvhTriangle>() else { return };
-                    // A panic here would end the program.
-                    match std::panic::catch_unwind(|| build(&triangles[..count])) {
-                        Ok(built) => drop(slot.set(built)),
-                        Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
-                    }
-                });
+                // Without triangles the rebuild ends without a tree.
+                let built = move || expected.take::<BvhTriangle>().map(|triangles| build(&triangles[..count]));
+                self.stage = Stage::Building(in_thread(built));
                 return 0;
             }
             Stage::Resting => {}
@@ -206,6 +224,16 @@ impl Rebuild {
         frame.dispatch(&self.sum, &bindings, [SUMS / WORKGROUP, 1, 1]);
         self.stage = Stage::Costing(Expected::of(frame.device, frame.encoder(), &self.sums));
         1
+    }
+
+    /// Adds the passes that build a tree on the device, if it does: levels, nodes and order, to be read back.
+    fn built_on_device(&self, frame: &mut Frame<'_>, watched: Watched<'_>) -> Result<Option<[Expected; 3]>, GpuError> {
+        let Some(builder) = &self.builder else { return Ok(None) };
+        let (device, count) = (frame.device, watched.triangle_count);
+        let mut tree = DeviceBvh::new(device, count)?;
+        builder.build(frame, Primitives::Triangles(watched.triangles), count, &mut tree)?;
+        let read = [&tree.levels, &tree.nodes, &tree.indices].map(|part| Expected::of(device, frame.encoder(), part));
+        Ok(Some(read))
     }
 
     /// Adds the pass that reorders a list of records of `words` words.
@@ -229,6 +257,20 @@ impl Rebuild {
         frame.dispatch(&self.permute, &bindings, workgroups(record_count));
         Ok(())
     }
+}
+
+/// What a thread makes, when it has.
+fn in_thread(make: impl FnOnce() -> Option<Built> + Send + 'static) -> Arc<OnceLock<Built>> {
+    let slot = Arc::new(OnceLock::new());
+    let of_thread = slot.clone();
+    in_background(move || {
+        // A panic here would end the program.
+        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(make)) {
+            Ok(built) => built.into_iter().for_each(|built| drop(of_thread.set(built))),
+            Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
+        }
+    });
+    slot
 }
 
 /// The tree over triangles at their positions at readback.

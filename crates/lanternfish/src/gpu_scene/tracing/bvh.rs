@@ -1,13 +1,14 @@
-//! The compressed wide BVH: built on the CPU with all cores, traversed by `rays/bvh/walk.wesl`.
+//! The compressed wide BVH: built by `builder.rs`, traversed by `rays/bvh/walk.wesl`.
 
 use lanternfish_gpu::storage_buffer_of;
-use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing, levels,
+    TracedTriangle, Tracing,
+    builder::Builder,
+    levels,
     refit::{box_of, cost, refit},
     upper::place_levels,
 };
@@ -30,15 +31,15 @@ pub struct Bvh {
 }
 
 /// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
-pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
+pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if !tracing.levels.is_empty() {
-        return levels::build(tracing);
+        return levels::build(builder, tracing);
     }
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
     let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(|triangle| tracing.bounds(triangle)).collect();
-    let bvh = bvh::build(&boxes, Effort::High);
+    let bvh = builder.build(&boxes);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes
 }
@@ -53,7 +54,7 @@ impl Bvh {
     ) -> Result<Self, RenderError> {
         let none = wgpu::BufferUsages::empty();
         let mut elements = packed(triangles, light_leaves);
-        place_levels(&mut elements, triangles.len(), triangles, levels);
+        place_levels(&mut elements, 0, triangles.len(), triangles, levels);
         Ok(Self {
             nodes: nodes(device, &tree)?,
             triangles: storage_buffer_of(device, "scene/bvh_triangles", &elements, none)?,
@@ -123,6 +124,8 @@ pub(super) fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) 
 
 #[cfg(test)]
 mod tests {
+    use lanternfish_scene::bvh;
+
     use super::*;
 
     #[test]

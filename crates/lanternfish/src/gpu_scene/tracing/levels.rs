@@ -14,7 +14,7 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing, refit::refit, upper::UpperNodes};
+use super::{Source, TracedTriangle, Tracing, builder::Builder, upper::UpperNodes};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.
@@ -40,15 +40,19 @@ pub enum Place {
 /// Ids of triangles that a stored hit can name (`TRIANGLE_BITS` of `indirect/radiance_cache/planes.wesl`).
 pub const MOST_IDS: u64 = 1 << 28;
 
+/// True if a mesh can have a tree of its own: what a pane lets pass depends on its normal in world space, and a mesh that bends would need its
+/// tree again.
+pub fn can_have_tree(scene: &Scene, mesh: usize) -> bool {
+    let stays_flat =
+        |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
+    !scene.meshes[mesh].primitives.iter().any(stays_flat)
+}
+
 /// How each instance of a scene is placed. Meshes with one instance stay flat, except those in `mobile`, whose instance has moved.
 pub fn places(scene: &Scene, mobile: &BTreeSet<usize>) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
-    // What a pane lets pass depends on its normal in world space; a mesh that bends would need its tree again.
-    let stays_flat =
-        |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
-    let is_flat = |mesh: usize| scene.meshes[mesh].primitives.iter().any(stays_flat);
-    let has_tree = |mesh| (counts[mesh] > 1 || mobile.contains(&mesh)) && !is_flat(mesh);
+    let has_tree = |mesh| (counts[mesh] > 1 || mobile.contains(&mesh)) && can_have_tree(scene, mesh);
     let shared: Vec<bool> = (0..counts.len()).map(has_tree).collect();
     let place = |instance: &Instance| match shared[instance.mesh] {
         true => place_of(&instance.world_from_object),
@@ -73,7 +77,8 @@ pub fn place_of(world_from_object: &Affine3A) -> Place {
 pub struct Level {
     /// Index into the scene's instances.
     pub instance: u32,
-    mesh: u32,
+    /// Its mesh.
+    pub mesh: u32,
     /// Its transform.
     pub world_from_object: Affine3A,
     /// Index of its mesh's first node, and of a node without children.
@@ -151,7 +156,7 @@ impl Below {
 }
 
 /// Builds all trees, the upper one first, and reorders the triangles to their leaf order. Adds a triangle for each instance's box.
-pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
+pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
     let mut of_mesh: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     let mut upper = Vec::new();
     for (index, triangle) in (0..).zip(&tracing.triangles) {
@@ -170,7 +175,7 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         upper.push(tracing.triangles.len() as u32);
         tracing.triangles.push(TracedTriangle { corners: level.corners(), source });
     }
-    let (placed, mut nodes, mut order) = UpperNodes::build(tracing, &upper);
+    let (placed, mut nodes, mut order) = UpperNodes::build(builder, tracing, &upper);
     let upper_count = order.len();
     let mut roots = BTreeMap::new();
     let mut first_id = upper_count as u64;
@@ -193,7 +198,6 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
         first_id += count;
     }
     tracing.reorder(&order);
-    refit(&mut nodes[..placed.count], &tracing.triangles[..upper_count]);
     (tracing.upper, tracing.upper_count, tracing.id_count) = (placed, upper_count, first_id);
     nodes
 }

@@ -22,13 +22,27 @@ const LEAST_EXTENT: f64 = 1e-20;
 /// Refits a tree to these triangles: as many as it was built of, in its leaf order, with finite corners.
 pub fn refit(nodes: &mut [CwBvhNode], triangles: &[TracedTriangle]) {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
-    for index in (0..nodes.len()).rev() {
+    refit_nodes(nodes, (0..nodes.len()).rev(), |index| box_of(&triangles[index].corners), &mut boxes);
+}
+
+/// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for `box_of`. `boxes`: of all
+/// nodes; those of others must be up to date.
+pub fn refit_nodes(
+    nodes: &mut [CwBvhNode],
+    indices: impl Iterator<Item = usize>,
+    box_of: impl Fn(usize) -> Bounds,
+    boxes: &mut [Bounds],
+) -> f64 {
+    let mut cost = 0.0;
+    for index in indices {
         let node = &mut nodes[index];
-        let of_triangle = |index: usize| box_of(&triangles[index].corners);
-        let children = std::array::from_fn(|slot| child_bounds(node, slot, of_triangle, &boxes));
+        let children = std::array::from_fn(|slot| child_bounds(node, slot, &box_of, boxes));
+        cost += cost_of(node, &children);
+        boxes[index] = Bounds::EMPTY;
         children.iter().for_each(|child| boxes[index].add_bounds(child));
         quantise(node, &boxes[index], &children);
     }
+    cost
 }
 
 /// Traversal cost of a tree for rays from anywhere in all directions, up to a factor, by the surface-area heuristic [MacDonald1990]: the
@@ -38,17 +52,21 @@ pub fn cost(nodes: &[CwBvhNode], box_of: impl Fn(usize) -> Bounds) -> f64 {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
     let mut cost = 0.0;
     for (index, node) in nodes.iter().enumerate().rev() {
-        for slot in 0..BRANCHING {
-            let child = child_bounds(node, slot, &box_of, &boxes);
-            boxes[index].add_bounds(&child);
-            if !child.is_empty() {
-                let size = child.size().as_dvec3();
-                let tests = if node.is_leaf(slot) { node.child_primitives(slot).1 } else { 1 };
-                cost += f64::from(tests) * (size.x * size.y + size.y * size.z + size.z * size.x);
-            }
-        }
+        let children: [Bounds; BRANCHING] = std::array::from_fn(|slot| child_bounds(node, slot, &box_of, &boxes));
+        children.iter().for_each(|child| boxes[index].add_bounds(child));
+        cost += cost_of(node, &children);
     }
     cost
+}
+
+/// What the children of one node cost.
+fn cost_of(node: &CwBvhNode, children: &[Bounds; BRANCHING]) -> f64 {
+    let of_child = |(slot, child): (usize, &Bounds)| {
+        let size = child.size().as_dvec3();
+        let tests = if node.is_leaf(slot) { node.child_primitives(slot).1 } else { 1 };
+        f64::from(tests) * (size.x * size.y + size.y * size.z + size.z * size.x)
+    };
+    children.iter().enumerate().filter(|(_, child)| !child.is_empty()).map(of_child).sum()
 }
 
 /// The bounding box of some points.
@@ -105,8 +123,7 @@ fn spacing(exponent: u8) -> f64 {
 }
 
 /// A child's box as the traversal decodes it.
-#[cfg(test)]
-fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
+pub fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
     let spacing: DVec3 = node.e.map(spacing).into();
     let corner = |x: u8, y: u8, z: u8| node.p.as_dvec3() + spacing * DVec3::new(x.into(), y.into(), z.into());
     [
@@ -148,7 +165,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::{
-        super::{Source, Tracing, bvh},
+        super::{Source, Tracing, builder::Builder, bvh},
         *,
     };
     use crate::testing::Random;
@@ -170,7 +187,7 @@ mod tests {
     /// A tree and its triangles in leaf order.
     fn built(triangles: Vec<TracedTriangle>) -> (Vec<CwBvhNode>, Vec<TracedTriangle>) {
         let mut tracing = Tracing { triangles, ..Tracing::default() };
-        let nodes = bvh::build(&mut tracing);
+        let nodes = bvh::build(&Builder::HOST, &mut tracing);
         (nodes, tracing.triangles)
     }
 

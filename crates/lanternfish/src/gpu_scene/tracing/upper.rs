@@ -6,15 +6,20 @@ use std::{
     ops::Range,
 };
 
-use lanternfish_scene::bvh::{self, Effort};
+use glam::Affine3A;
+use lanternfish_scene::{
+    Bounds,
+    bvh::{self, Effort},
+};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
     TracedTriangle, Tracing,
+    builder::Builder,
     bvh::{Bvh, packed},
-    levels::{BOX, Level},
-    refit::{box_of, cost, refit},
+    levels::{BOX, Level, Place, place_of},
+    refit::{box_of, refit_nodes},
 };
 use crate::gpu_scene::{moving::rebuild::LIMIT, shaders::BvhTriangle};
 
@@ -31,12 +36,12 @@ pub struct UpperNodes {
 
 impl UpperNodes {
     /// Builds the tree over these elements, and gives their order.
-    pub fn build(tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
+    pub fn build(builder: &Builder<'_>, tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
         let is_instance = |index: &&u32| tracing.triangles[**index as usize].source.part == BOX;
         let (instances, flat): (Vec<u32>, Vec<u32>) = upper.iter().partition(is_instance);
         let [of_instances, of_flat] = [&instances, &flat].map(|indices| {
             let bounds = |index: &u32| tracing.bounds(&tracing.triangles[*index as usize]);
-            bvh::build(&indices.par_iter().map(bounds).collect::<Vec<_>>(), Effort::High)
+            builder.build(&indices.par_iter().map(bounds).collect::<Vec<_>>())
         });
         let ordered = |order: &[u32], of: &[u32]| order.iter().map(|index| of[*index as usize]).collect::<Vec<_>>();
         let mut order = ordered(&of_flat.primitive_indices, &flat);
@@ -81,12 +86,14 @@ fn put(nodes: &mut [CwBvhNode], root: usize, rest: Range<usize>, tree: &[CwBvhNo
 #[derive(Debug)]
 pub struct Upper {
     pub levels: Vec<Level>,
-    /// The level of each of the scene's instances that has one, and no triangle beside it.
-    pub of_instance: HashMap<usize, usize>,
+    /// The level of each of the scene's instances that has one.
+    of_instance: HashMap<usize, usize>,
+    /// Instances that have triangles in world space, with or without a level.
+    flat: HashSet<usize>,
     nodes: UpperNodes,
+    /// Boxes of the nodes.
+    boxes: Vec<Bounds>,
     triangles: Vec<TracedTriangle>,
-    /// Index and leaf of each emissive triangle.
-    light_leaves: Vec<(u32, u32)>,
     /// Triangles in all trees.
     count: usize,
     /// Traversal cost when the tree over instances was built.
@@ -94,79 +101,137 @@ pub struct Upper {
 }
 
 impl Upper {
-    /// None if the scene is in one level. `nodes`: of all trees.
-    pub fn of(tracing: &Tracing, nodes: &[CwBvhNode], light_leaves: Vec<(u32, u32)>) -> Option<Self> {
-        let flat: HashSet<u32> =
-            tracing.parts.iter().filter(|part| part.mesh.is_none()).map(|part| part.instance).collect();
-        let instances = tracing.levels.iter().enumerate().filter(|(_, level)| !flat.contains(&level.instance));
-        let triangles = tracing.triangles[..tracing.upper_count].to_vec();
-        (!tracing.levels.is_empty()).then(|| Self {
+    /// None if the scene is in one level. Refits the upper tree; `nodes`: of all trees.
+    pub fn of(tracing: &Tracing, nodes: &mut [CwBvhNode]) -> Option<Self> {
+        if tracing.levels.is_empty() {
+            return None;
+        }
+        let flat = tracing.parts.iter().filter(|part| part.mesh.is_none()).map(|part| part.instance as usize);
+        let instances = (0..).zip(&tracing.levels).map(|(index, level)| (level.instance as usize, index));
+        let mut upper = Self {
             levels: tracing.levels.clone(),
-            of_instance: instances.map(|(index, level)| (level.instance as usize, index)).collect(),
-            cost_when_built: cost_of(&nodes[..tracing.upper.count], &triangles),
+            of_instance: instances.collect(),
+            flat: flat.collect(),
             nodes: tracing.upper.clone(),
-            triangles,
-            light_leaves,
+            boxes: vec![Bounds::EMPTY; tracing.upper.count],
+            triangles: tracing.triangles[..tracing.upper_count].to_vec(),
             count: tracing.triangles.len(),
-        })
+            cost_when_built: 0.0,
+        };
+        upper.refit_flat(nodes);
+        upper.cost_when_built = upper.refit(nodes);
+        Some(upper)
+    }
+
+    /// True if an instance has no triangles in world space.
+    pub fn is_free(&self, instance: usize) -> bool {
+        !self.flat.contains(&instance)
+    }
+
+    /// True if an instance can have this transform without another upload.
+    pub fn takes(&self, instance: usize, transform: &Affine3A) -> bool {
+        !self.of_instance.contains_key(&instance) || place_of(transform) != Place::Flat
+    }
+
+    /// Sets the transform of an instance, if it has a level.
+    pub fn set_transform(&mut self, instance: usize, transform: &Affine3A) {
+        if let Some(level) = self.of_instance.get(&instance) {
+            self.levels[*level].world_from_object = *transform;
+        }
+    }
+
+    /// Number of triangles in world space, which are the first.
+    pub fn flat_count(&self) -> usize {
+        self.nodes.instances.start
+    }
+
+    /// True if any instance of the mesh has a level.
+    pub fn has_tree_of(&self, mesh: usize) -> bool {
+        self.levels.iter().any(|level| level.mesh as usize == mesh)
+    }
+
+    /// Refits the tree over instances, and the root above it. Returns its cost.
+    fn refit(&mut self, nodes: &mut [CwBvhNode]) -> f64 {
+        let of_instances = self.nodes.rest.clone().rev().chain([1, 0]);
+        refit_nodes(nodes, of_instances, |index| box_of(&self.triangles[index].corners), &mut self.boxes)
+    }
+
+    /// Refits the tree over triangles in world space, and returns its nodes.
+    fn refit_flat(&mut self, nodes: &mut [CwBvhNode]) -> Range<usize> {
+        let of_flat = 2..self.nodes.rest.start;
+        refit_nodes(nodes, of_flat.clone().rev(), |index| box_of(&self.triangles[index].corners), &mut self.boxes);
+        of_flat
     }
 
     /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly and
     /// `may_rebuild`. Returns the number of bytes.
     pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, may_rebuild: bool) -> u64 {
-        for triangle in &mut self.triangles[self.nodes.instances.clone()] {
+        let instances = self.nodes.instances.clone();
+        for triangle in &mut self.triangles[instances.clone()] {
             triangle.corners = self.levels[triangle.source.triangle as usize].corners();
         }
         let nodes = &mut bvh.tree[..self.nodes.count];
-        refit(nodes, &self.triangles);
-        if may_rebuild && cost_of(nodes, &self.triangles) > LIMIT * self.cost_when_built {
-            self.rebuild(nodes);
+        let cost = self.refit(nodes);
+        if may_rebuild && cost > LIMIT * self.cost_when_built {
+            self.cost_when_built = if self.rebuild(nodes) { self.refit(nodes) } else { cost };
         }
-        queue.write_buffer(&bvh.nodes, 0, bytemuck::cast_slice(nodes));
-        let mut elements = packed(&self.triangles, &self.light_leaves);
-        place_levels(&mut elements, self.count, &self.triangles, &self.levels);
-        let (upper, transforms) = elements.split_at(self.triangles.len());
-        queue.write_buffer(&bvh.triangles, 0, bytemuck::cast_slice(upper));
-        let first = (self.count * size_of::<BvhTriangle>()) as u64;
-        queue.write_buffer(&bvh.triangles, first, bytemuck::cast_slice(transforms));
-        (size_of_val(nodes) + size_of_val(&elements[..])) as u64
+        let mut bytes = 0;
+        for range in [0..2, self.nodes.rest.clone()] {
+            let offset = (range.start * size_of::<CwBvhNode>()) as u64;
+            bytes += size_of_val(&nodes[range.clone()]);
+            queue.write_buffer(&bvh.nodes, offset, bytemuck::cast_slice(&nodes[range]));
+        }
+        let mut elements = packed(&self.triangles[instances.clone()], &[]);
+        place_levels(&mut elements, instances.start, self.count, &self.triangles[instances.clone()], &self.levels);
+        let (leaves, transforms) = elements.split_at(instances.len());
+        for (first, elements) in [(instances.start, leaves), (self.count, transforms)] {
+            let offset = (first * size_of::<BvhTriangle>()) as u64;
+            queue.write_buffer(&bvh.triangles, offset, bytemuck::cast_slice(elements));
+        }
+        (bytes + size_of_val(&elements[..])) as u64
     }
 
-    /// Builds the tree over instances again, if it fits where the last one is.
-    fn rebuild(&mut self, nodes: &mut [CwBvhNode]) {
+    /// Writes triangles in world space: all of them, in their order. The tree over them is refitted. `light_leaves`: index and leaf of each
+    /// emissive one. Follow it by [`Self::send`].
+    pub fn pose(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, flat: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
+        self.triangles[..flat.len()].copy_from_slice(flat);
+        let nodes = &mut bvh.tree[..self.nodes.count];
+        let of_flat = self.refit_flat(nodes);
+        let offset = (of_flat.start * size_of::<CwBvhNode>()) as u64;
+        queue.write_buffer(&bvh.nodes, offset, bytemuck::cast_slice(&nodes[of_flat]));
+        bvh.update_light_leaves(queue, flat, light_leaves);
+    }
+
+    /// Builds the tree over instances again, and returns false if it does not fit where the last one is.
+    fn rebuild(&mut self, nodes: &mut [CwBvhNode]) -> bool {
         let UpperNodes { rest, instances, .. } = &self.nodes;
         let own = &mut self.triangles[instances.clone()];
         let bounds = |triangle: &TracedTriangle| Aabb::new(triangle.corners[0].into(), triangle.corners[1].into());
         let tree = bvh::build(&own.par_iter().map(bounds).collect::<Vec<_>>(), Effort::Medium);
         if tree.nodes.len() > rest.len() + 1 {
-            // It is not tried again until the boxes have changed as much.
-            self.cost_when_built = cost_of(nodes, &self.triangles);
-            return;
+            return false;
         }
         let ordered = tree.primitive_indices.iter().map(|index| own[*index as usize]).collect::<Vec<_>>();
         own.copy_from_slice(&ordered);
         put(nodes, 1, rest.clone(), &tree.nodes, instances.start);
-        refit(nodes, &self.triangles);
-        self.cost_when_built = cost_of(nodes, &self.triangles);
+        true
     }
 }
 
-fn cost_of(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> f64 {
-    cost(nodes, |index| box_of(&triangles[index].corners))
-}
-
-/// Writes the leaves of instances, and appends their other elements, from the index `first` on.
+/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `first`: index of the first of `elements`, which
+/// are these triangles.
 pub(super) fn place_levels(
     elements: &mut Vec<BvhTriangle>,
     first: usize,
+    count: usize,
     triangles: &[TracedTriangle],
     levels: &[Level],
 ) {
     let mut leaves = vec![0; levels.len()];
     for (index, triangle) in triangles.iter().enumerate().filter(|(_, triangle)| triangle.source.part == BOX) {
         let level = triangle.source.triangle as usize;
-        elements[index] = levels[level].leaf(triangle.corners, (first + level) as u32);
-        leaves[level] = index as u32;
+        elements[index] = levels[level].leaf(triangle.corners, (count + level) as u32);
+        leaves[level] = (first + index) as u32;
     }
     elements.extend(levels.iter().zip(leaves).map(|(level, leaf)| level.transform(leaf)));
 }

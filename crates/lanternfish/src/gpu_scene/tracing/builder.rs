@@ -1,0 +1,207 @@
+//! Builds trees on the host, or on a graphics card where there are many triangles (`lanternfish-bvh`). A software adapter has no more cores than
+//! the host, whose builder does less work.
+//!
+//! The host checks what a card has built, since it follows the indices: each primitive is in one leaf, children are behind their parent, no path is too
+//! long for the traversal's stack. The boxes are refitted, not trusted. A tree that fails is built on the host.
+
+use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
+use lanternfish_gpu::{Frame, GpuError, Pool, Profiler, read_back, storage_buffer_of};
+use lanternfish_scene::{
+    Bounds,
+    bvh::{self, Effort, MAX_DEPTH, depth},
+};
+use obvhs::{
+    aabb::Aabb,
+    cwbvh::{BRANCHING, CwBvh, node::CwBvhNode},
+};
+
+use super::refit::{dequantised, refit_nodes};
+
+/// Fewest primitives that a card builds a tree over: the host needs some milliseconds for them.
+const LEAST: usize = 1 << 15;
+/// Words of a level in [`DeviceBvh::levels`].
+const LEVEL_WORDS: usize = 8;
+/// Number of nodes of a level among its words.
+const NODE_COUNT: usize = 3;
+/// First node of a level among its words.
+const FIRST_NODE: usize = 4;
+
+/// Where trees are built.
+#[derive(Debug)]
+pub struct Builder<'a>(Option<(&'a wgpu::Device, &'a wgpu::Queue)>);
+
+impl<'a> Builder<'a> {
+    /// The host.
+    #[cfg(test)]
+    pub const HOST: Self = Self(None);
+
+    /// This device, if it is a graphics card, or else the host.
+    pub fn of(device: &'a wgpu::Device, queue: &'a wgpu::Queue) -> Self {
+        Self(builds(device).then_some((device, queue)))
+    }
+
+    /// Builds a tree over boxes with finite corners.
+    pub fn build(&self, boxes: &[Aabb]) -> CwBvh {
+        match self.0.filter(|_| boxes.len() >= LEAST).map(|(device, queue)| on_device(device, queue, boxes)) {
+            Some(Ok(Some(tree))) => return tree,
+            Some(Ok(None)) => tracing::warn!("a BVH is built on the host: the device's was none"),
+            Some(Err(error)) => tracing::warn!("a BVH is built on the host: {error}"),
+            None => {}
+        }
+        bvh::build(boxes, Effort::High)
+    }
+}
+
+/// True if the device builds trees faster than the host. A browser's program cannot wait for it.
+pub fn builds(device: &wgpu::Device) -> bool {
+    #[cfg(test)]
+    if tests::IS_FORCED.get() {
+        return true;
+    }
+    let is_card = |kind| matches!(kind, wgpu::DeviceType::DiscreteGpu | wgpu::DeviceType::IntegratedGpu);
+    !cfg!(target_arch = "wasm32") && is_card(device.adapter_info().device_type)
+}
+
+fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Result<Option<CwBvh>, GpuError> {
+    let corners: Vec<[[f32; 4]; 2]> =
+        boxes.iter().map(|own| [own.min, own.max].map(|corner| [corner.x, corner.y, corner.z, 0.0])).collect();
+    let corners = storage_buffer_of(device, "scene/boxes", &corners, wgpu::BufferUsages::empty())?;
+    let mut tree = DeviceBvh::new(device, boxes.len() as u32)?;
+    let (mut profiler, mut pool) = (Profiler::new(device, queue), Pool::new(device));
+    let mut frame = Frame::pooled(device, queue, &mut profiler, &mut pool);
+    BvhBuilder::new(device)?.build(&mut frame, Primitives::Boxes(&corners), boxes.len() as u32, &mut tree)?;
+    frame.submit();
+    let levels = read_back(device, queue, &tree.levels, tree.levels.size() as usize / 4)?;
+    let nodes = read_back(device, queue, &tree.nodes, node_count(&levels))?;
+    let Some(mut tree) = checked(nodes, read_back(device, queue, &tree.indices, boxes.len())?) else { return Ok(None) };
+    let box_of = |index: usize| {
+        let own = boxes[tree.primitive_indices[index] as usize];
+        Bounds { min: own.min.into(), max: own.max.into() }
+    };
+    let mut of_nodes = vec![Bounds::EMPTY; tree.nodes.len()];
+    refit_nodes(&mut tree.nodes, (0..of_nodes.len()).rev(), box_of, &mut of_nodes);
+    Ok(Some(tree))
+}
+
+/// Number of nodes that a device has built. `levels`: words of [`DeviceBvh::levels`].
+pub fn node_count(levels: &[u32]) -> usize {
+    let ends = levels.chunks_exact(LEVEL_WORDS).map(|level| level[FIRST_NODE].wrapping_add(level[NODE_COUNT]));
+    ends.max().unwrap_or_default() as usize
+}
+
+/// A tree as the traversal needs it, of what a device has built; none if it is not one.
+pub fn checked(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
+    let mut is_child = vec![false; nodes.len()];
+    let mut is_in_leaf = vec![false; order.len()];
+    // Notes an index that was not there before.
+    let takes =
+        |seen: &mut [bool], index: usize| seen.get_mut(index).is_some_and(|seen| !std::mem::replace(seen, true));
+    for (index, node) in nodes.iter().enumerate() {
+        for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot)) {
+            if node.is_leaf(slot) {
+                let (first, count) = node.child_primitives(slot);
+                let mut own = (0..count as usize).map(|i| (first as usize).saturating_add(i));
+                if !own.all(|place| takes(&mut is_in_leaf, place)) {
+                    return None;
+                }
+            } else {
+                let child = node.child_node_index(slot) as usize;
+                if child <= index || !takes(&mut is_child, child) {
+                    return None;
+                }
+            }
+        }
+    }
+    let mut is_primitive = vec![false; order.len()];
+    let is_whole = order.iter().all(|primitive| takes(&mut is_primitive, *primitive as usize))
+        && is_in_leaf.iter().all(|is_in| *is_in)
+        && is_child.iter().skip(1).all(|is_child| *is_child);
+    (is_whole && !nodes.is_empty() && depth(&nodes) <= MAX_DEPTH).then(|| CwBvh {
+        nodes,
+        primitive_indices: order,
+        ..CwBvh::default()
+    })
+}
+
+/// For each place in leaf order, the box of its leaf as a traversal decodes it.
+pub fn boxes_of_leaves(tree: &CwBvh) -> Vec<Bounds> {
+    let mut boxes = vec![Bounds::EMPTY; tree.primitive_indices.len()];
+    for node in &tree.nodes {
+        for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot) && node.is_leaf(*slot)) {
+            let (first, count) = node.child_primitives(slot);
+            let [min, max] = dequantised(node, slot).map(|corner| corner.as_vec3());
+            boxes[first as usize..(first + count) as usize].fill(Bounds { min, max });
+        }
+    }
+    boxes
+}
+
+#[cfg(test)]
+pub(in crate::gpu_scene) mod tests {
+    use std::cell::Cell;
+
+    use lanternfish_gpu::testing;
+
+    use super::{super::refit::cost, *};
+    use crate::testing::Random;
+
+    thread_local! {
+        /// True if every adapter builds trees on this thread.
+        pub static IS_FORCED: Cell<bool> = const { Cell::new(false) };
+    }
+
+    fn boxes(count: usize) -> Vec<Aabb> {
+        let mut random = Random::new(3);
+        let one = |_| {
+            let corner = 20.0 * random.point();
+            Aabb::new(corner.into(), (corner + 0.1 + random.point().abs()).into())
+        };
+        (0..count).map(one).collect()
+    }
+
+    #[gpu_test]
+    fn gpu_a_tree_from_the_device_is_whole_and_costs_no_more(gpu: &Gpu) {
+        let boxes = boxes(3000);
+        let of_host = bvh::build(&boxes, Effort::High);
+        let of_device = on_device(&gpu.device, &gpu.queue, &boxes).unwrap().unwrap();
+        let cost = |tree: &CwBvh| {
+            let box_of = |index: usize| &boxes[tree.primitive_indices[index] as usize];
+            cost(&tree.nodes, |index| Bounds { min: box_of(index).min.into(), max: box_of(index).max.into() })
+        };
+        let [host, device] = [&of_host, &of_device].map(cost);
+        println!("the device's tree costs {:.3} of the host's", device / host);
+        assert!(device < 1.2 * host, "{device}, {host}");
+        let leaves = boxes_of_leaves(&of_device);
+        let inside = |(leaf, index): (&Bounds, &u32)| {
+            let own = &boxes[*index as usize];
+            (leaf.min.cmple(own.min.into()) & leaf.max.cmpge(own.max.into())).all()
+        };
+        assert!(leaves.iter().zip(&of_device.primitive_indices).all(inside));
+    }
+
+    /// Any index that is off would make the host, or a ray, read another node or triangle, or loop.
+    #[test]
+    fn a_tree_with_a_wrong_index_is_none() {
+        let tree = bvh::build(&boxes(500), Effort::High);
+        let check = |edit: &dyn Fn(&mut Vec<CwBvhNode>, &mut Vec<u32>)| {
+            let (mut nodes, mut order) = (tree.nodes.clone(), tree.primitive_indices.clone());
+            edit(&mut nodes, &mut order);
+            checked(nodes, order).is_some()
+        };
+        assert!(check(&|_, _| {}));
+        assert!(!check(&|nodes, _| nodes.clear()));
+        assert!(!check(&|nodes, _| nodes.push(CwBvhNode::default())));
+        assert!(!check(&|nodes, _| nodes.truncate(nodes.len() - 1)));
+        assert!(!check(&|_, order| order[3] = order[4]));
+        assert!(!check(&|_, order| order[3] = u32::MAX));
+        for node in 0..tree.nodes.len() {
+            let has_leaf = (0..BRANCHING).any(|slot| tree.nodes[node].is_leaf(slot));
+            for by in [1, u32::MAX] {
+                let shift = |base: &mut u32| *base = base.wrapping_add(by);
+                assert!(!check(&|nodes, _| shift(&mut nodes[node].primitive_base_idx)) || !has_leaf, "node {node}");
+                let has_child = tree.nodes[node].imask > 0;
+                assert!(!check(&|nodes, _| shift(&mut nodes[node].child_base_idx)) || !has_child, "node {node}");
+            }
+        }
+    }
+}
