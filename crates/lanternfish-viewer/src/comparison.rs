@@ -264,9 +264,9 @@ impl Comparison {
         }
     }
 
-    /// B's settings, if B is rendered.
+    /// The settings that were asked for B, if B is rendered.
     pub fn settings(&self) -> Option<&Settings> {
-        self.rendered.as_ref().map(Viewport::settings)
+        self.rendered.as_ref().map(Viewport::requested)
     }
 
     /// Error map of the two sides, once it is computed.

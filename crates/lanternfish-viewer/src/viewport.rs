@@ -155,6 +155,7 @@ impl Viewport {
         match self.renderer.upload(scene) {
             Ok(uploaded) => self.uploaded = uploaded,
             Err(error) => {
+                self.averaged = (0, None);
                 self.renderer.set(self.settings.clone())?;
                 return Err(error);
             }
@@ -166,9 +167,11 @@ impl Viewport {
     pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
         self.flush();
         let settings = shown(&self.requested, &other.scene);
-        match self.renderer.set(settings.clone())? {
-            Change::Upload => self.upload(&other.scene)?,
-            _ => self.renderer.update(&mut self.uploaded, &other.scene)?,
+        if settings == self.settings {
+            self.renderer.update(&mut self.uploaded, &other.scene)?;
+        } else {
+            self.renderer.set(settings.clone())?;
+            self.upload(&other.scene)?;
         }
         (self.scene, self.settings) = (Arc::clone(&other.scene), settings);
         self.restart();
@@ -288,9 +291,14 @@ impl Viewport {
         self.renderer.memory()
     }
 
-    /// The current settings.
+    /// The settings of the renderer: those that were asked for, for this scene.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// The settings that were asked for.
+    pub fn requested(&self) -> &Settings {
+        &self.requested
     }
 
     /// Resizes the image, pixels. A side of 0 becomes 1. Returns true if the size has changed.

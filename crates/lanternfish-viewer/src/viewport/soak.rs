@@ -136,7 +136,7 @@ fn gpu_settings_change_at_random(gpu: &Gpu) {
             // As in the window, the current settings stay after an error.
             if let Err(error) = viewport.set(&requested) {
                 assert!(is_refusal(&error), "{requested:?}: {error}");
-                (rejected, requested) = (rejected + 1, viewport.settings().clone());
+                (rejected, requested) = (rejected + 1, viewport.requested().clone());
             }
         }
         if let Err(error) = viewport.draw(&camera) {

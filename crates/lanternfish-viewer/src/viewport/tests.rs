@@ -2,7 +2,7 @@ mod slices;
 
 use glam::{Vec3, Vec3Swizzles};
 use lanternfish::{
-    settings::{Culling, DebugView, Exposure, Quality, Shadows},
+    settings::{Culling, DebugView, Exposure, Quality, Shadows, Tracer},
     techniques::{Clustered, Grouping, Tiled},
 };
 use lanternfish_gpu::testing;
@@ -32,6 +32,21 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Viewport {
     let mut viewport = Viewport::new(gpu, demo("cornell").unwrap(), settings).unwrap();
     viewport.resize(UVec2::new(48, 32));
     viewport
+}
+
+/// A scene of many copies is traced in two levels, whatever was shown before.
+#[gpu_test]
+fn gpu_each_scene_that_is_opened_chooses_its_tracer(gpu: &Gpu) {
+    let mut viewport = cornell(gpu, &Settings::direct_light());
+    let mut street = demo("street").unwrap();
+    street.instances = vec![street.instances; 3].concat();
+    let (two_levels, cornell) = (Shadows::Traced(Tracer::TWO_LEVEL), demo("cornell").unwrap());
+    for (scene, is_of_copies) in [(street, true), (cornell, false)] {
+        viewport.open(scene).unwrap();
+        assert_eq!(viewport.settings().shadows.technique == two_levels, is_of_copies);
+        viewport.set(&Settings::direct_light()).unwrap();
+        assert_eq!(viewport.settings().shadows.technique == two_levels, is_of_copies);
+    }
 }
 
 /// Changed lights, one by one or all at once, give the same image as a scene with these lights. Rejected lights change nothing.

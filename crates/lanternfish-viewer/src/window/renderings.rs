@@ -24,7 +24,7 @@ impl Viewer {
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
             // The requested settings failed; the current ones work.
-            self.state.settings = self.viewport.settings().clone();
+            self.state.settings = self.viewport.requested().clone();
             self.state.written = None;
         }
         self.slice_scheduler.begin();

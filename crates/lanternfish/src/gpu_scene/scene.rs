@@ -130,7 +130,9 @@ impl GpuScene {
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
         let SceneRequirements { shading, parts, .. } = needs;
-        let cost::MemoryPlan { skipped_levels, .. } = Self::memory_plan(scene, &needs)?;
+        let plan = Self::memory_plan(scene, &needs)?;
+        // Free memory differs between the uploads of a sequence; its images do not.
+        let skipped_levels = unchanged.skipped_levels.unwrap_or(plan.skipped_levels);
         if skipped_levels > 0 {
             tracing::warn!("textures are read at 1/{} of their size: memory", 1 << skipped_levels);
         }
@@ -149,7 +151,7 @@ impl GpuScene {
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = match parts.rays() {
-            true if parts.instances => Tracing::in_levels(scene, mask_bytes, parts.hits, &unchanged.mobile),
+            true if parts.instances => Tracing::in_levels(scene, mask_bytes, parts.hits, &unchanged.decided),
             true => Tracing::new(scene, mask_bytes),
             false => Tracing::default(),
         };
@@ -229,7 +231,7 @@ impl GpuScene {
             panes: std::mem::take(&mut tracing.panes),
             hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
             light_trees,
-            placed: Placed::new(scene, tracing, unchanged.mobile),
+            placed: Placed::new(scene, tracing, unchanged.decided, skipped_levels),
             moving: None,
             bending: None,
             previous: Previous::default(),

@@ -10,7 +10,7 @@ use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
 use self::{
-    levels::{Level, Place},
+    levels::{Decided, Level, Place, is_emissive},
     panes::{PANE_WORDS, Pane},
     upper::UpperNodes,
 };
@@ -108,11 +108,11 @@ impl Tracing {
     }
 
     /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where each triangle is a leaf of
-    /// the light tree. `mobile`: see [`levels::places`].
-    pub fn in_levels(scene: &Scene, mask_bytes: u64, has_hits: bool, mobile: &BTreeSet<usize>) -> Self {
-        let is_flat = |part: &Part| has_hits && scene.materials[part.of(scene).1.material].emissive.max_element() > 0.0;
+    /// the light tree. `decided`: see [`levels::places`].
+    pub fn in_levels(scene: &Scene, mask_bytes: u64, has_hits: bool, decided: &Decided) -> Self {
+        let is_flat = |part: &Part| has_hits && is_emissive(&scene.materials[part.of(scene).1.material]);
         let (mut parts, mut levels, mut meshes) = (Vec::new(), Vec::new(), BTreeSet::new());
-        for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene, mobile)) {
+        for ((index, instance), place) in (0..).zip(&scene.instances).zip(levels::places(scene, has_hits, decided)) {
             let mesh = instance.mesh as u32;
             match place {
                 Place::Flat => parts.extend(parts_of(scene, (index, instance), None)),

@@ -2,7 +2,8 @@
 //!
 //! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
 //!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
-//!    replaces the last one. Else:
+//!    replaces the last one. In two levels the scene is also uploaded again when a mesh's only instance moves for the first time, and gets a tree;
+//!    when a mesh bends that has one, and loses it; when a surface begins or ends to emit and hits are shaded; and when an instance becomes flat. Else:
 //! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
 //! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
 //!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
@@ -27,7 +28,7 @@ use super::{
     scene::{DRAWS, ENVIRONMENT_BYTES, GpuScene, NODES},
     tracing::{
         emissive::{self, Shining},
-        levels::can_have_tree,
+        levels::{Decided, can_have_tree},
         pose,
         tlas::Tlas,
         upper::Upper,
@@ -78,8 +79,8 @@ impl GpuScene {
         let light = self.stored.next(scene, self.placed.outline.has_environment_of(&outline));
         if light.light_unit != self.stored.light_unit {
             // All but the images is stored in the unit.
-            let images = if self.placed.is_distrusted { Default::default() } else { self.unchanged(&outline).images };
-            let unchanged = Unchanged { images, ..Unchanged::default() };
+            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
+            let unchanged = Unchanged { environment: None, environment_light: None, ..unchanged };
             *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
@@ -130,20 +131,25 @@ impl GpuScene {
                 self.placed.is_unsure = false;
                 return Ok(());
             }
-            // With a tree of its own a mesh's only instance moves at little cost from then on.
-            let gets_tree = |mesh: &usize| {
-                !self.placed.mobile.contains(mesh) && !upper.has_tree_of(*mesh) && can_have_tree(scene, *mesh)
-            };
+            // With a tree of its own a mesh's only instance moves at little cost from then on; without one a mesh bends so.
             let of_moved = moved.iter().map(|(instance, _)| scene.instances[*instance].mesh);
-            let mobile: BTreeSet<usize> = of_moved.filter(gets_tree).collect();
-            let is_other = |(now, was): (&Shining, &Shining)| (now.0 == Vec3::ZERO) != (was.0 == Vec3::ZERO);
-            if !mobile.is_empty()
+            let meshes: BTreeSet<usize> = of_moved.chain(bent.iter().copied()).collect();
+            let decide = |mesh: usize| (mesh, bent.binary_search(&mesh).is_err());
+            let is_other = |(mesh, has_tree): &(usize, bool)| {
+                let can_change = *has_tree != upper.has_tree_of(*mesh) && !self.placed.decided.contains_key(mesh);
+                can_change && (!has_tree || can_have_tree(scene, *mesh, self.needs.parts.hits))
+            };
+            let decided: Decided = meshes.into_iter().map(decide).filter(is_other).collect();
+            let is_lit =
+                |shining: &[Shining]| shining.iter().map(|(emissive, ..)| *emissive == Vec3::ZERO).collect::<Vec<_>>();
+            if !decided.is_empty()
                 || bent.iter().any(|mesh| upper.has_tree_of(*mesh))
-                || shining.iter().zip(&self.placed.shining).any(is_other)
+                || (!shines_as_before && is_lit(&shining) != is_lit(&self.placed.shining))
                 || !moved.iter().all(|(instance, transform)| upper.takes(*instance, transform))
             {
                 let mut unchanged = self.unchanged(&outline);
-                unchanged.mobile.extend(mobile);
+                unchanged.decided.extend(decided);
+                unchanged.decided.extend(bent.iter().map(|mesh| (*mesh, false)));
                 return self.upload_again(device, queue, scene, (light, unchanged), bent.is_empty());
             }
         }
@@ -184,7 +190,7 @@ impl GpuScene {
             _ => {}
         }
         if let Some(hits) = &self.hits {
-            hits.update(queue, scene, &self.placed.parts, &self.placed.sources);
+            hits.update(queue, scene, &self.placed.parts, &self.placed.sources[..count]);
         }
         if let Some(tlas) = &mut self.tlas {
             *tlas = Tlas::new(device, queue, &triangles)?;
@@ -207,11 +213,11 @@ impl GpuScene {
     ) -> Result<(), RenderError> {
         let has_same_draws = has_same_vertices && !self.placed.mirrors_others(transforms(scene).enumerate());
         self.before_instances_move(queue);
-        let previous = std::mem::take(&mut self.previous);
-        *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
+        let mut uploaded = Self::with(device, queue, scene, self.needs, light, unchanged)?;
         if has_same_draws {
-            self.previous = previous;
+            uploaded.previous = std::mem::take(&mut self.previous);
         }
+        *self = uploaded;
         Ok(())
     }
 
@@ -258,12 +264,12 @@ impl GpuScene {
     fn unchanged(&self, now: &Outline) -> Unchanged {
         let was = &self.placed.outline;
         let images = self.textures.images(|image| was.has_image_of(now, image));
-        let mobile = self.placed.mobile.clone();
+        let (decided, skipped_levels) = (self.placed.decided.clone(), Some(self.placed.skipped_levels));
         if !was.has_environment_of(now) {
-            return Unchanged { images, mobile, ..Unchanged::default() };
+            return Unchanged { images, decided, skipped_levels, ..Unchanged::default() };
         }
         let (environment, environment_light) = (self.environment.clone(), self.environment_light.clone());
-        Unchanged { images, environment, environment_light, mobile }
+        Unchanged { images, environment, environment_light, decided, skipped_levels }
     }
 
     pub(super) fn material_storage(&self) -> MaterialStorage {

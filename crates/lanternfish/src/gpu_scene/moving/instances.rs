@@ -29,7 +29,7 @@ impl GpuScene {
         }
     }
 
-    /// An error if the BVH has two levels, and any of these instances has no tree below it, or is so flat that it needs its own triangles.
+    /// An error if the BVH has two levels, and any of these instances has triangles in world space, or becomes so flat that it needs some.
     pub(in crate::gpu_scene) fn check_levels(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         let Some(upper) = &self.upper else { return Ok(()) };
         let fits =
@@ -37,7 +37,7 @@ impl GpuScene {
         match moved.iter().find(|one| !fits(one)) {
             None => Ok(()),
             Some((instance, _)) => Err(RenderError::NeedsUpdate {
-                what: format!("instance {instance} has its triangles in the tree over instances"),
+                what: format!("instance {instance} has triangles in world space, or none at this scale"),
             }),
         }
     }

@@ -2,20 +2,22 @@
 //!
 //! 1. `refit.wesl` writes the traversal cost of each node's children beside its box; `cost.wesl` sums the costs, and the sums are read
 //!    back.
-//! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, a graphics card builds a tree over the triangles, which is read back,
-//!    and a thread checks it. For other devices the triangles are read back, and a thread builds the tree.
+//! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, the triangles are read back, and a thread builds a tree over
+//!    them, or has a graphics card build it.
 //! 3. All lists in leaf order are put into the new tree's order (`permute.wesl`); its nodes replace the old ones, and are refit to the
 //!    current triangles.
 //!
 //! No step waits for the device or the thread: the first call after the previous step has finished takes the next one.
 
-use std::sync::{
-    Arc, OnceLock,
-    atomic::{AtomicU8, Ordering},
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicU8, Ordering},
+    },
 };
 
-use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, GpuError, storage_buffer};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer};
 use lanternfish_scene::{
     Bounds,
     bvh::{self, Effort},
@@ -26,7 +28,7 @@ use super::{
     super::{
         shaders::BvhTriangle,
         tracing::{
-            builder::{boxes_of_leaves, builds, checked, node_count},
+            builder::{builds, on_device},
             refit::{box_of, cost},
         },
     },
@@ -100,9 +102,7 @@ enum Stage {
     Costing(Expected),
     /// The triangles are being read back.
     Reading(Expected),
-    /// Levels, nodes and order of a tree are being read back.
-    Collecting([Expected; 3]),
-    /// A thread builds a tree, or checks one.
+    /// A thread builds a tree.
     Building(Arc<OnceLock<Built>>),
 }
 
@@ -112,8 +112,6 @@ pub struct Rebuild {
     sum: ComputeKernel,
     permute: ComputeKernel,
     sums: wgpu::Buffer,
-    /// None: the host builds trees.
-    builder: Option<BvhBuilder>,
     stage: Stage,
     /// True if anything has moved since the cost was last measured.
     is_behind: bool,
@@ -145,7 +143,6 @@ impl Rebuild {
             sum: kernel("cost", "sum")?,
             permute: kernel("permute", "permute")?,
             sums: storage_buffer(device, "scene/cost_sums", u64::from(SUMS) * 4)?,
-            builder: builds(device).then(|| BvhBuilder::new(device)).transpose()?,
             stage: Stage::Resting,
             is_behind: false,
         })
@@ -179,32 +176,24 @@ impl Rebuild {
                 let ratio = cost / watched.cost_when_built;
                 tracing::debug!("the traversal cost of the BVH is {ratio:.2} times the cost when it was built");
                 if ratio.is_finite() && ratio > LIMIT {
-                    self.stage = match self.built_on_device(frame, watched) {
-                        Ok(Some(expected)) => Stage::Collecting(expected),
-                        none => {
-                            none.err().into_iter().for_each(|error| tracing::debug!("built on the host: {error}"));
-                            Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles))
-                        }
-                    };
+                    self.stage = Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles));
                     return 0;
                 }
             }
-            Stage::Collecting(expected) if expected.iter().all(has_come) => {
-                self.stage = Stage::Building(in_thread(move || {
-                    let [levels, nodes, order] = &expected;
-                    let mut nodes = nodes.take()?;
-                    nodes.truncate(node_count(&levels.take::<u32>()?));
-                    let tree = checked(nodes, order.take()?)?;
-                    let boxes = boxes_of_leaves(&tree);
-                    Some(Built { cost: cost(&tree.nodes, |index| boxes[index]), tree })
-                }));
-                return 0;
-            }
             Stage::Reading(expected) if has_come(&expected) => {
+                let slot = Arc::new(OnceLock::new());
+                self.stage = Stage::Building(slot.clone());
                 let count = watched.triangle_count as usize;
-                // Without triangles the rebuild ends without a tree.
-                let built = move || expected.take::<BvhTriangle>().map(|triangles| build(&triangles[..count]));
-                self.stage = Stage::Building(in_thread(built));
+                let on_card = builds(frame.device, count).then(|| (frame.device.clone(), frame.queue.clone()));
+                in_background(move || {
+                    // Without triangles the rebuild ends without a tree.
+                    let Some(triangles) = expected.take::<BvhTriangle>() else { return };
+                    // A panic here would end the program.
+                    match catch_unwind(AssertUnwindSafe(|| build(&triangles[..count], on_card))) {
+                        Ok(built) => drop(slot.set(built)),
+                        Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
+                    }
+                });
                 return 0;
             }
             Stage::Resting => {}
@@ -224,16 +213,6 @@ impl Rebuild {
         frame.dispatch(&self.sum, &bindings, [SUMS / WORKGROUP, 1, 1]);
         self.stage = Stage::Costing(Expected::of(frame.device, frame.encoder(), &self.sums));
         1
-    }
-
-    /// Adds the passes that build a tree on the device, if it does: levels, nodes and order, to be read back.
-    fn built_on_device(&self, frame: &mut Frame<'_>, watched: Watched<'_>) -> Result<Option<[Expected; 3]>, GpuError> {
-        let Some(builder) = &self.builder else { return Ok(None) };
-        let (device, count) = (frame.device, watched.triangle_count);
-        let mut tree = DeviceBvh::new(device, count)?;
-        builder.build(frame, Primitives::Triangles(watched.triangles), count, &mut tree)?;
-        let read = [&tree.levels, &tree.nodes, &tree.indices].map(|part| Expected::of(device, frame.encoder(), part));
-        Ok(Some(read))
     }
 
     /// Adds the pass that reorders a list of records of `words` words.
@@ -259,26 +238,13 @@ impl Rebuild {
     }
 }
 
-/// What a thread makes, when it has.
-fn in_thread(make: impl FnOnce() -> Option<Built> + Send + 'static) -> Arc<OnceLock<Built>> {
-    let slot = Arc::new(OnceLock::new());
-    let of_thread = slot.clone();
-    in_background(move || {
-        // A panic here would end the program.
-        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(make)) {
-            Ok(built) => built.into_iter().for_each(|built| drop(of_thread.set(built))),
-            Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
-        }
-    });
-    slot
-}
-
-/// The tree over triangles at their positions at readback.
-fn build(triangles: &[BvhTriangle]) -> Built {
+/// The tree over triangles at their positions at readback. `on_card`: the device that builds it.
+fn build(triangles: &[BvhTriangle], on_card: Option<(wgpu::Device, wgpu::Queue)>) -> Built {
     let bounds = |triangle: &BvhTriangle| box_of(&[triangle.a, triangle.b, triangle.c]);
     let boxes: Vec<Bounds> = triangles.iter().map(bounds).collect();
     let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.min.into(), b.max.into())).collect();
-    let tree = bvh::build(&aabbs, Effort::High);
+    let tree = on_card.and_then(|(device, queue)| on_device(&device, &queue, &aabbs));
+    let tree = tree.unwrap_or_else(|| bvh::build(&aabbs, Effort::High));
     let cost = cost(&tree.nodes, |index| boxes[tree.primitive_indices[index] as usize]);
     Built { tree, cost }
 }

@@ -2,10 +2,11 @@
 //! the host, whose builder does less work.
 //!
 //! The host checks what a card has built, since it follows the indices: each primitive is in one leaf, children are behind their parent, no path is too
-//! long for the traversal's stack. The boxes are refitted, not trusted. A tree that fails is built on the host.
+//! long for the traversal's stack. The boxes are refitted, not trusted. A tree that fails is built on the host, and so are those of meshes below
+//! instances, all at once.
 
 use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
-use lanternfish_gpu::{Frame, GpuError, Pool, Profiler, read_back, storage_buffer_of};
+use lanternfish_gpu::{Frame, GpuError, Pool, Profiler, checked, read_back, storage_buffer_of};
 use lanternfish_scene::{
     Bounds,
     bvh::{self, Effort, MAX_DEPTH, depth},
@@ -15,7 +16,7 @@ use obvhs::{
     cwbvh::{BRANCHING, CwBvh, node::CwBvhNode},
 };
 
-use super::refit::{dequantised, refit_nodes};
+use super::refit::refit_nodes;
 
 /// Fewest primitives that a card builds a tree over: the host needs some milliseconds for them.
 const LEAST: usize = 1 << 15;
@@ -37,32 +38,40 @@ impl<'a> Builder<'a> {
 
     /// This device, if it is a graphics card, or else the host.
     pub fn of(device: &'a wgpu::Device, queue: &'a wgpu::Queue) -> Self {
-        Self(builds(device).then_some((device, queue)))
+        Self(Some((device, queue)))
     }
 
     /// Builds a tree over boxes with finite corners.
     pub fn build(&self, boxes: &[Aabb]) -> CwBvh {
-        match self.0.filter(|_| boxes.len() >= LEAST).map(|(device, queue)| on_device(device, queue, boxes)) {
-            Some(Ok(Some(tree))) => return tree,
-            Some(Ok(None)) => tracing::warn!("a BVH is built on the host: the device's was none"),
-            Some(Err(error)) => tracing::warn!("a BVH is built on the host: {error}"),
-            None => {}
-        }
-        bvh::build(boxes, Effort::High)
+        let of_card = self.0.filter(|(device, _)| builds(device, boxes.len()));
+        of_card
+            .and_then(|(device, queue)| on_device(device, queue, boxes))
+            .unwrap_or_else(|| bvh::build(boxes, Effort::High))
     }
 }
 
-/// True if the device builds trees faster than the host. A browser's program cannot wait for it.
-pub fn builds(device: &wgpu::Device) -> bool {
+/// True if the device builds a tree over so many triangles faster than the host. A browser's program cannot wait for it.
+pub fn builds(device: &wgpu::Device, count: usize) -> bool {
     #[cfg(test)]
     if tests::IS_FORCED.get() {
         return true;
     }
     let is_card = |kind| matches!(kind, wgpu::DeviceType::DiscreteGpu | wgpu::DeviceType::IntegratedGpu);
-    !cfg!(target_arch = "wasm32") && is_card(device.adapter_info().device_type)
+    !cfg!(target_arch = "wasm32") && count >= LEAST && is_card(device.adapter_info().device_type)
 }
 
-fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Result<Option<CwBvh>, GpuError> {
+/// A tree over boxes, built on a device; none, with a warning, if it has built none.
+pub fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Option<CwBvh> {
+    let built = checked(device, "BVH", || try_on_device(device, queue, boxes));
+    let failed = |error: &GpuError| tracing::warn!("a BVH is built on the host: {error}");
+    let built = built.inspect_err(failed).ok()?;
+    if built.is_none() {
+        tracing::warn!("a BVH is built on the host: what the device has built is no tree");
+    }
+    built
+}
+
+fn try_on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Result<Option<CwBvh>, GpuError> {
     let corners: Vec<[[f32; 4]; 2]> =
         boxes.iter().map(|own| [own.min, own.max].map(|corner| [corner.x, corner.y, corner.z, 0.0])).collect();
     let corners = storage_buffer_of(device, "scene/boxes", &corners, wgpu::BufferUsages::empty())?;
@@ -72,8 +81,14 @@ fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Resu
     BvhBuilder::new(device)?.build(&mut frame, Primitives::Boxes(&corners), boxes.len() as u32, &mut tree)?;
     frame.submit();
     let levels = read_back(device, queue, &tree.levels, tree.levels.size() as usize / 4)?;
-    let nodes = read_back(device, queue, &tree.nodes, node_count(&levels))?;
-    let Some(mut tree) = checked(nodes, read_back(device, queue, &tree.indices, boxes.len())?) else { return Ok(None) };
+    let count = node_count(&levels);
+    if count as u64 > tree.nodes.size() / size_of::<CwBvhNode>() as u64 {
+        return Ok(None);
+    }
+    let nodes = read_back(device, queue, &tree.nodes, count)?;
+    let Some(mut tree) = whole_tree(nodes, read_back(device, queue, &tree.indices, boxes.len())?) else {
+        return Ok(None);
+    };
     let box_of = |index: usize| {
         let own = boxes[tree.primitive_indices[index] as usize];
         Bounds { min: own.min.into(), max: own.max.into() }
@@ -84,13 +99,13 @@ fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Resu
 }
 
 /// Number of nodes that a device has built. `levels`: words of [`DeviceBvh::levels`].
-pub fn node_count(levels: &[u32]) -> usize {
+fn node_count(levels: &[u32]) -> usize {
     let ends = levels.chunks_exact(LEVEL_WORDS).map(|level| level[FIRST_NODE].wrapping_add(level[NODE_COUNT]));
     ends.max().unwrap_or_default() as usize
 }
 
 /// A tree as the traversal needs it, of what a device has built; none if it is not one.
-pub fn checked(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
+fn whole_tree(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
     let mut is_child = vec![false; nodes.len()];
     let mut is_in_leaf = vec![false; order.len()];
     // Notes an index that was not there before.
@@ -123,19 +138,6 @@ pub fn checked(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
     })
 }
 
-/// For each place in leaf order, the box of its leaf as a traversal decodes it.
-pub fn boxes_of_leaves(tree: &CwBvh) -> Vec<Bounds> {
-    let mut boxes = vec![Bounds::EMPTY; tree.primitive_indices.len()];
-    for node in &tree.nodes {
-        for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot) && node.is_leaf(*slot)) {
-            let (first, count) = node.child_primitives(slot);
-            let [min, max] = dequantised(node, slot).map(|corner| corner.as_vec3());
-            boxes[first as usize..(first + count) as usize].fill(Bounds { min, max });
-        }
-    }
-    boxes
-}
-
 #[cfg(test)]
 pub(in crate::gpu_scene) mod tests {
     use std::cell::Cell;
@@ -160,23 +162,18 @@ pub(in crate::gpu_scene) mod tests {
     }
 
     #[gpu_test]
-    fn gpu_a_tree_from_the_device_is_whole_and_costs_no_more(gpu: &Gpu) {
+    fn gpu_a_tree_from_the_device_costs_about_as_much(gpu: &Gpu) {
         let boxes = boxes(3000);
         let of_host = bvh::build(&boxes, Effort::High);
-        let of_device = on_device(&gpu.device, &gpu.queue, &boxes).unwrap().unwrap();
+        let of_device = on_device(&gpu.device, &gpu.queue, &boxes).unwrap();
         let cost = |tree: &CwBvh| {
             let box_of = |index: usize| &boxes[tree.primitive_indices[index] as usize];
             cost(&tree.nodes, |index| Bounds { min: box_of(index).min.into(), max: box_of(index).max.into() })
         };
         let [host, device] = [&of_host, &of_device].map(cost);
         println!("the device's tree costs {:.3} of the host's", device / host);
-        assert!(device < 1.2 * host, "{device}, {host}");
-        let leaves = boxes_of_leaves(&of_device);
-        let inside = |(leaf, index): (&Bounds, &u32)| {
-            let own = &boxes[*index as usize];
-            (leaf.min.cmple(own.min.into()) & leaf.max.cmpge(own.max.into())).all()
-        };
-        assert!(leaves.iter().zip(&of_device.primitive_indices).all(inside));
+        // The crate's README: up to a twentieth more.
+        assert!(device < 1.1 * host, "{device}, {host}");
     }
 
     /// Any index that is off would make the host, or a ray, read another node or triangle, or loop.
@@ -186,7 +183,7 @@ pub(in crate::gpu_scene) mod tests {
         let check = |edit: &dyn Fn(&mut Vec<CwBvhNode>, &mut Vec<u32>)| {
             let (mut nodes, mut order) = (tree.nodes.clone(), tree.primitive_indices.clone());
             edit(&mut nodes, &mut order);
-            checked(nodes, order).is_some()
+            whole_tree(nodes, order).is_some()
         };
         assert!(check(&|_, _| {}));
         assert!(!check(&|nodes, _| nodes.clear()));

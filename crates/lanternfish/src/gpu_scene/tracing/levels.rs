@@ -4,11 +4,11 @@
 //! box, its translation, the root of its mesh and the index of the other, which has the inverse of its linear transform and what hits need
 //! (`gpu_scene/placed.wesl`).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::{Affine3A, DMat3, Vec3};
 use lanternfish_scene::{
-    Bounds, Instance, Primitive, Scene,
+    Bounds, Instance, Material, Primitive, Scene,
     bvh::{self, Effort},
 };
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
@@ -40,19 +40,33 @@ pub enum Place {
 /// Ids of triangles that a stored hit can name (`TRIANGLE_BITS` of `indirect/radiance_cache/planes.wesl`).
 pub const MOST_IDS: u64 = 1 << 28;
 
-/// True if a mesh can have a tree of its own: what a pane lets pass depends on its normal in world space, and a mesh that bends would need its
-/// tree again.
-pub fn can_have_tree(scene: &Scene, mesh: usize) -> bool {
+/// Meshes that have moved or bent, which have a tree of their own or not.
+pub type Decided = BTreeMap<usize, bool>;
+
+/// True if a mesh can have a tree of its own, and triangles in it: what a pane lets pass depends on its normal in world space, and a mesh that
+/// bends would need its tree again.
+pub fn can_have_tree(scene: &Scene, mesh: usize, has_hits: bool) -> bool {
     let stays_flat =
         |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
-    !scene.meshes[mesh].primitives.iter().any(stays_flat)
+    let is_in_tree = |primitive: &Primitive| {
+        let material = &scene.materials[primitive.material];
+        material.casts_shadow() && !(has_hits && is_emissive(material))
+    };
+    let primitives = &scene.meshes[mesh].primitives;
+    !primitives.iter().any(stays_flat) && primitives.iter().any(is_in_tree)
 }
 
-/// How each instance of a scene is placed. Meshes with one instance stay flat, except those in `mobile`, whose instance has moved.
-pub fn places(scene: &Scene, mobile: &BTreeSet<usize>) -> Vec<Place> {
+/// True for surfaces that are in the light tree.
+pub fn is_emissive(material: &Material) -> bool {
+    material.emissive.max_element() > 0.0
+}
+
+/// How each instance of a scene is placed. Meshes with one instance stay flat, unless it was decided otherwise.
+pub fn places(scene: &Scene, has_hits: bool, decided: &Decided) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
-    let has_tree = |mesh| (counts[mesh] > 1 || mobile.contains(&mesh)) && can_have_tree(scene, mesh);
+    let has_tree =
+        |mesh| decided.get(&mesh).copied().unwrap_or(counts[mesh] > 1) && can_have_tree(scene, mesh, has_hits);
     let shared: Vec<bool> = (0..counts.len()).map(has_tree).collect();
     let place = |instance: &Instance| match shared[instance.mesh] {
         true => place_of(&instance.world_from_object),

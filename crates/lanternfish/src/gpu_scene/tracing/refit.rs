@@ -123,7 +123,8 @@ fn spacing(exponent: u8) -> f64 {
 }
 
 /// A child's box as the traversal decodes it.
-pub fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
+#[cfg(test)]
+fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
     let spacing: DVec3 = node.e.map(spacing).into();
     let corner = |x: u8, y: u8, z: u8| node.p.as_dvec3() + spacing * DVec3::new(x.into(), y.into(), z.into());
     [

@@ -28,8 +28,9 @@ use crate::gpu_scene::{moving::rebuild::LIMIT, shaders::BvhTriangle};
 pub struct UpperNodes {
     /// Number of all, with spare ones.
     pub count: usize,
-    /// Those of the tree over instances but its root, which is node 1.
+    /// Those of the tree over instances but its root, which is node 1; and how many of them it has.
     rest: Range<usize>,
+    used: usize,
     /// Elements of instances.
     instances: Range<usize>,
 }
@@ -66,8 +67,16 @@ impl UpperNodes {
             put(&mut nodes, 2, 3..first, &of_flat.nodes, 0);
         }
         put(&mut nodes, 1, rest.clone(), &of_instances.nodes, flat.len());
-        let own = Self { count: nodes.len(), rest, instances: flat.len()..order.len() };
+        let used = of_instances.nodes.len() - 1;
+        let own = Self { count: nodes.len(), rest, used, instances: flat.len()..order.len() };
         (own, nodes, order)
+    }
+}
+
+impl UpperNodes {
+    /// Nodes of the tree over instances but its root.
+    fn used(&self) -> Range<usize> {
+        self.rest.start..self.rest.start + self.used
     }
 }
 
@@ -90,6 +99,8 @@ pub struct Upper {
     of_instance: HashMap<usize, usize>,
     /// Instances that have triangles in world space, with or without a level.
     flat: HashSet<usize>,
+    /// Meshes that have a tree.
+    meshes: HashSet<usize>,
     nodes: UpperNodes,
     /// Boxes of the nodes.
     boxes: Vec<Bounds>,
@@ -112,6 +123,7 @@ impl Upper {
             levels: tracing.levels.clone(),
             of_instance: instances.collect(),
             flat: flat.collect(),
+            meshes: tracing.levels.iter().map(|level| level.mesh as usize).collect(),
             nodes: tracing.upper.clone(),
             boxes: vec![Bounds::EMPTY; tracing.upper.count],
             triangles: tracing.triangles[..tracing.upper_count].to_vec(),
@@ -147,12 +159,12 @@ impl Upper {
 
     /// True if any instance of the mesh has a level.
     pub fn has_tree_of(&self, mesh: usize) -> bool {
-        self.levels.iter().any(|level| level.mesh as usize == mesh)
+        self.meshes.contains(&mesh)
     }
 
     /// Refits the tree over instances, and the root above it. Returns its cost.
     fn refit(&mut self, nodes: &mut [CwBvhNode]) -> f64 {
-        let of_instances = self.nodes.rest.clone().rev().chain([1, 0]);
+        let of_instances = self.nodes.used().rev().chain([1, 0]);
         refit_nodes(nodes, of_instances, |index| box_of(&self.triangles[index].corners), &mut self.boxes)
     }
 
@@ -176,7 +188,7 @@ impl Upper {
             self.cost_when_built = if self.rebuild(nodes) { self.refit(nodes) } else { cost };
         }
         let mut bytes = 0;
-        for range in [0..2, self.nodes.rest.clone()] {
+        for range in [0..2, self.nodes.used()] {
             let offset = (range.start * size_of::<CwBvhNode>()) as u64;
             bytes += size_of_val(&nodes[range.clone()]);
             queue.write_buffer(&bvh.nodes, offset, bytemuck::cast_slice(&nodes[range]));
@@ -214,6 +226,7 @@ impl Upper {
         let ordered = tree.primitive_indices.iter().map(|index| own[*index as usize]).collect::<Vec<_>>();
         own.copy_from_slice(&ordered);
         put(nodes, 1, rest.clone(), &tree.nodes, instances.start);
+        self.nodes.used = tree.nodes.len() - 1;
         true
     }
 }

@@ -10,7 +10,7 @@ use lanternfish_scene::{Scene, SceneFault};
 
 use super::{
     super::{
-        tracing::{Part, Source, Tracing, emissive},
+        tracing::{Part, Source, Tracing, emissive, levels::Decided},
         upload::{
             geometry::{Geometry, mirrors},
             textures::Images,
@@ -38,8 +38,10 @@ pub struct Placed {
     pub(super) is_unsure: bool,
     /// True if the device has reported an error.
     pub(super) is_distrusted: bool,
-    /// Meshes whose only instance has moved, if the BVH has two levels: then it has a tree of its own.
-    pub(super) mobile: BTreeSet<usize>,
+    /// If the BVH has two levels.
+    pub(super) decided: Decided,
+    /// Levels of all textures that were left out.
+    pub(super) skipped_levels: u32,
     /// The emission of each material.
     pub(super) shining: Vec<emissive::Shining>,
     /// See [`crate::GpuScene::generation`].
@@ -52,7 +54,7 @@ pub struct Placed {
 
 impl Placed {
     /// The state of a scene that was just uploaded.
-    pub fn new(scene: &Scene, tracing: Tracing, mobile: BTreeSet<usize>) -> Self {
+    pub fn new(scene: &Scene, tracing: Tracing, decided: Decided, skipped_levels: u32) -> Self {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
@@ -62,7 +64,8 @@ impl Placed {
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
-            mobile,
+            decided,
+            skipped_levels,
             generation: next_number(),
             revision: next_number(),
             triangle_order: next_number(),
@@ -79,8 +82,10 @@ pub struct Unchanged {
     pub environment: Option<EnvironmentImage>,
     /// Light of the environment.
     pub environment_light: Option<EnvironmentLight>,
-    /// See [`Placed::mobile`].
-    pub mobile: BTreeSet<usize>,
+    /// See [`Decided`].
+    pub decided: Decided,
+    /// See [`Placed`].
+    pub skipped_levels: Option<u32>,
 }
 
 impl Placed {

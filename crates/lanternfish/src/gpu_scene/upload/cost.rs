@@ -1,7 +1,5 @@
 //! Estimate of the memory of an upload, before it is allocated.
 
-use std::collections::BTreeSet;
-
 use lanternfish_limits::memory::{Budget, TooMuch};
 use lanternfish_scene::{Image, Primitive, Scene, bvh};
 
@@ -10,7 +8,7 @@ use super::{
         shaders::{BvhTriangle, DrawInstance, HitTriangle},
         tracing::{
             TracedTriangle,
-            levels::{Place, places},
+            levels::{Decided, Place, is_emissive, places},
         },
     },
     lobes::Shading,
@@ -33,7 +31,7 @@ const MOST_SKIPPED: u32 = 4;
 
 /// Vertices and indices, draws, and triangles that rays are traced through.
 fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
-    let places = if parts.instances { places(scene, &BTreeSet::new()) } else { Vec::new() };
+    let places = if parts.instances { places(scene, parts.hits, &Decided::new()) } else { Vec::new() };
     let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
     // Primitives, traced triangles, and those of them that every instance has in the upper tree.
     let of_mesh: Vec<(u64, u64, u64)> = scene
@@ -42,8 +40,8 @@ fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
         .map(|mesh| {
             let traced = mesh.primitives.iter().filter(|p| scene.materials[p.material].casts_shadow());
             let count = |primitive: &Primitive| primitive.indices.len() as u64 / 3;
-            let is_emissive = |p: &&Primitive| parts.hits && scene.materials[p.material].emissive.max_element() > 0.0;
-            let emissive = traced.clone().filter(is_emissive).map(count).sum();
+            let is_lit = |p: &&Primitive| parts.hits && is_emissive(&scene.materials[p.material]);
+            let emissive = traced.clone().filter(is_lit).map(count).sum();
             vertices += mesh.primitives.iter().map(|p| (p.positions.len() + p.indices.len()) as u64).sum::<u64>();
             (mesh.primitives.len() as u64, traced.map(count).sum(), emissive)
         })
@@ -67,8 +65,8 @@ fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
 const MANY: u64 = 1 << 21;
 const COPIES: u64 = 4;
 
-/// True if a scene has so many copies that two levels serve it better than one. Not if anything bends or is animated: what is flat would be
-/// another upload in every frame. Not for a scene that names what it lacks.
+/// True if a scene has so many copies that two levels serve it better than one. Not if anything bends or is animated: the host would pose
+/// all that is in world space in every frame. Not for a scene that names what it lacks.
 pub fn is_of_copies(scene: &Scene) -> bool {
     let mut primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let is_still =

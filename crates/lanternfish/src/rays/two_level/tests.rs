@@ -1,5 +1,7 @@
 //! Two levels against the flattened scene, and moves in them against another upload.
 
+mod counts;
+
 use glam::{Affine3A, Mat3A, Vec3, Vec4};
 use lanternfish_gpu::{Frame, Gpu, Made, Profiler, read_back, testing};
 use lanternfish_scene::{
@@ -218,6 +220,17 @@ fn gpu_what_has_no_tree_moves_without_another_upload(gpu: &Gpu) {
         let [mean, others] = apart(&image(&two.upload(&scene).unwrap()), &now);
         assert!(mean < 1e-4 && others < 0.002, "step {step}: {mean}, {others}");
         last = now;
+    }
+    // What bends loses its tree, once, and the light of a surface without hits needs none.
+    scene.materials[0].emissive = Vec3::ONE;
+    for uploads in [true, false, false] {
+        scene.instances[only].world_from_object.translation.x -= 0.3;
+        scene.meshes[2].primitives[0].positions[2].y += 0.5;
+        let order = uploaded.triangle_order();
+        two.update(&mut uploaded, &scene).unwrap();
+        assert_eq!(uploaded.triangle_order() != order, uploads);
+        let [mean, others] = apart(&image(&two.upload(&scene).unwrap()), &image(&uploaded));
+        assert!(mean < 1e-4 && others < 0.002, "{mean}, {others}");
     }
 }
 
