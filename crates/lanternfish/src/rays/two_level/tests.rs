@@ -396,7 +396,7 @@ fn gpu_indirect_light_follows_instances_in_two_levels(gpu: &Gpu) {
         let with = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut renderer = with(settings.clone().with_history(History::On));
         let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
-            renderer.render(uploaded, &camera(), [96, 64]).unwrap().radiance
+            renderer.render(uploaded, &camera(), [60, 40]).unwrap().radiance
         };
         let mut uploaded = renderer.upload(&scene).unwrap();
         (0..8).for_each(|_| drop(image(&mut renderer, &uploaded)));
