@@ -1,5 +1,7 @@
 //! Nodes that rays visit in one and in two levels, counted on the device.
 
+use std::f32::consts::PI;
+
 use glam::{Quat, Vec3Swizzles};
 use lanternfish_gpu::Engine;
 use lanternfish_scene::generate;
@@ -42,7 +44,7 @@ fn cars() -> Scene {
     scene.meshes.push(Mesh { name: "car".to_owned(), primitives: (0..500).map(part).collect() });
     for i in 0..400 {
         let place = Vec3::new(5.5 * (i / 4) as f32 - 275.0, 0.0, 3.2 * (i % 4) as f32 - 4.8);
-        let turn = Quat::from_rotation_y(0.04 * random.unit() + if i % 4 < 2 { 3.1416 } else { 0.0 });
+        let turn = Quat::from_rotation_y(0.04 * random.unit() + if i % 4 < 2 { PI } else { 0.0 });
         let world_from_object = Affine3A::from_rotation_translation(turn, place);
         scene.instances.push(Instance { name: String::new(), mesh: 1, world_from_object });
     }
