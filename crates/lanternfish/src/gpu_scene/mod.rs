@@ -31,6 +31,8 @@ pub(crate) use shaders::DECLARED;
 #[cfg(test)]
 pub(crate) use shaders::TracedLevels;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
+#[cfg(test)]
+pub(crate) use tracing::builder::tests::IS_FORCED;
 pub(crate) use update::previous::GeometryAt;
 pub use upload::{
     cost::MemoryPlan,

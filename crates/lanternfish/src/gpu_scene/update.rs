@@ -3,7 +3,7 @@
 //! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
 //!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
 //!    replaces the last one. In two levels the scene is also uploaded again when a mesh's only instance moves for the first time, and gets a tree;
-//!    when a mesh bends that has one, and loses it; when a surface begins or ends to emit and hits are shaded; and when an instance becomes flat. Else:
+//!    when a mesh bends that has one, which a mesh with one instance then loses; when a surface begins or ends to emit and hits are shaded; and when an instance becomes flat. Else:
 //! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
 //! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
 //!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
@@ -264,7 +264,8 @@ impl GpuScene {
     fn unchanged(&self, now: &Outline) -> Unchanged {
         let was = &self.placed.outline;
         let images = self.textures.images(|image| was.has_image_of(now, image));
-        let (decided, skipped_levels) = (self.placed.decided.clone(), Some(self.placed.skipped_levels));
+        let decided = if was == now { self.placed.decided.clone() } else { Decided::new() };
+        let skipped_levels = was.has_images_of(now).then_some(self.placed.skipped_levels);
         if !was.has_environment_of(now) {
             return Unchanged { images, decided, skipped_levels, ..Unchanged::default() };
         }

@@ -21,10 +21,11 @@ impl Renderer {
     /// later call installs: [`Sent::has_rebuilt`]. Call with an empty list to install it for a scene at rest; means then restart and deep
     /// images are rebuilt, as after a move. Rays return the same distances with either tree; of coincident surfaces either may be hit.
     ///
-    /// With a BVH in two levels the host refits the tree over instances, or builds it again at once: [`Sent::has_rebuilt`] is then always false.
+    /// With a BVH in two levels the host refits the tree over instances, or builds it again at once, without [`Sent::has_rebuilt`].
     ///
     /// Returns an error and does nothing for an instance that does not exist, a transform that is not finite, and, with indirect light, an
-    /// emissive instance, and, in two levels, one that has triangles in world space ([`RenderError::NeedsUpdate`]): use [`Self::update`] for these.
+    /// emissive instance, and, in two levels, one that has triangles in world space or becomes flat ([`RenderError::NeedsUpdate`]): use [`Self::update`] for
+    /// these.
     /// After a device error call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
@@ -45,7 +46,7 @@ impl Renderer {
     /// Returns an error and does nothing: [`RenderError::NoAnimation`]; [`RenderError::InvalidScene`] for values that are not finite or
     /// exceed [`Scene::FARTHEST`]; [`RenderError::NeedsUpdate`] if the number of instances, meshes, primitives, vertices, indices or
     /// animated lights differs from the upload, if other meshes deform than at the first call, and, with indirect light, if lights change
-    /// or emissive instances move or deform. Use [`Scene::pose`] and [`Self::update`] for these. BVH topology: see
+    /// or emissive instances move or deform, and in two levels what [`Self::move_instances`] refuses. Use [`Scene::pose`] and [`Self::update`] for these. BVH topology: see
     /// [`Self::move_instances`]. After a device error call `update`.
     pub fn animate(
         &self,

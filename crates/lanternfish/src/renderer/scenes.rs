@@ -46,8 +46,8 @@ impl Renderer {
     ///
     /// After any other change (more, fewer or other meshes, instances, materials, textures; an alpha mode, a mask's alpha; an environment
     /// that appears or disappears) the scene is uploaded again with a new BVH, except for unchanged images and an unchanged environment.
-    /// In two levels it is also uploaded again when a mesh's only instance moves for the first time, when a mesh with several bends for the
-    /// first time, when a surface begins or ends to emit and hits are shaded, and when an instance becomes flat.
+    /// In two levels it is also uploaded again when a mesh's only instance moves for the first time, whenever a mesh with several
+    /// bends, when one bends that has moved, when a surface begins or ends to emit and hits are shaded, and when an instance becomes flat.
     /// Images are compared by index, size and texels. Above 1,024 texels, and for the environment, only 1,024 of the texels are compared,
     /// so a change of a few texels is not detected. Names and cameras are ignored.
     ///

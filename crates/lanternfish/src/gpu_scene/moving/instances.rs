@@ -37,7 +37,7 @@ impl GpuScene {
         match moved.iter().find(|one| !fits(one)) {
             None => Ok(()),
             Some((instance, _)) => Err(RenderError::NeedsUpdate {
-                what: format!("instance {instance} has triangles in world space, or none at this scale"),
+                what: format!("instance {instance} has triangles in world space, or would at this scale"),
             }),
         }
     }

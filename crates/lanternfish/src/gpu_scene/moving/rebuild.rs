@@ -3,18 +3,15 @@
 //! 1. `refit.wesl` writes the traversal cost of each node's children beside its box; `cost.wesl` sums the costs, and the sums are read
 //!    back.
 //! 2. If the total exceeds [`LIMIT`] times the tree's cost when it was built, the triangles are read back, and a thread builds a tree over
-//!    them, or has a graphics card build it.
+//!    them.
 //! 3. All lists in leaf order are put into the new tree's order (`permute.wesl`); its nodes replace the old ones, and are refit to the
 //!    current triangles.
 //!
 //! No step waits for the device or the thread: the first call after the previous step has finished takes the next one.
 
-use std::{
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::{
-        Arc, OnceLock,
-        atomic::{AtomicU8, Ordering},
-    },
+use std::sync::{
+    Arc, OnceLock,
+    atomic::{AtomicU8, Ordering},
 };
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer};
@@ -27,10 +24,7 @@ use obvhs::{aabb::Aabb, cwbvh::CwBvh};
 use super::{
     super::{
         shaders::BvhTriangle,
-        tracing::{
-            builder::{builds, on_device},
-            refit::{box_of, cost},
-        },
+        tracing::refit::{box_of, cost},
     },
     shaders::{CostParameters, DECLARED, PermuteParameters},
 };
@@ -184,12 +178,11 @@ impl Rebuild {
                 let slot = Arc::new(OnceLock::new());
                 self.stage = Stage::Building(slot.clone());
                 let count = watched.triangle_count as usize;
-                let on_card = builds(frame.device, count).then(|| (frame.device.clone(), frame.queue.clone()));
                 in_background(move || {
                     // Without triangles the rebuild ends without a tree.
                     let Some(triangles) = expected.take::<BvhTriangle>() else { return };
                     // A panic here would end the program.
-                    match catch_unwind(AssertUnwindSafe(|| build(&triangles[..count], on_card))) {
+                    match std::panic::catch_unwind(|| build(&triangles[..count])) {
                         Ok(built) => drop(slot.set(built)),
                         Err(_) => tracing::warn!("the BVH could not be rebuilt: rays through it remain slow"),
                     }
@@ -238,13 +231,12 @@ impl Rebuild {
     }
 }
 
-/// The tree over triangles at their positions at readback. `on_card`: the device that builds it.
-fn build(triangles: &[BvhTriangle], on_card: Option<(wgpu::Device, wgpu::Queue)>) -> Built {
+/// The tree over triangles at their positions at readback.
+fn build(triangles: &[BvhTriangle]) -> Built {
     let bounds = |triangle: &BvhTriangle| box_of(&[triangle.a, triangle.b, triangle.c]);
     let boxes: Vec<Bounds> = triangles.iter().map(bounds).collect();
     let aabbs: Vec<Aabb> = boxes.iter().map(|b| Aabb::new(b.min.into(), b.max.into())).collect();
-    let tree = on_card.and_then(|(device, queue)| on_device(&device, &queue, &aabbs));
-    let tree = tree.unwrap_or_else(|| bvh::build(&aabbs, Effort::High));
+    let tree = bvh::build(&aabbs, Effort::High);
     let cost = cost(&tree.nodes, |index| boxes[tree.primitive_indices[index] as usize]);
     Built { tree, cost }
 }

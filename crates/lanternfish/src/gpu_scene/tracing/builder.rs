@@ -51,7 +51,7 @@ impl<'a> Builder<'a> {
 }
 
 /// True if the device builds a tree over so many triangles faster than the host. A browser's program cannot wait for it.
-pub fn builds(device: &wgpu::Device, count: usize) -> bool {
+fn builds(device: &wgpu::Device, count: usize) -> bool {
     #[cfg(test)]
     if tests::IS_FORCED.get() {
         return true;
@@ -61,7 +61,7 @@ pub fn builds(device: &wgpu::Device, count: usize) -> bool {
 }
 
 /// A tree over boxes, built on a device; none, with a warning, if it has built none.
-pub fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Option<CwBvh> {
+fn on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> Option<CwBvh> {
     let built = checked(device, "BVH", || try_on_device(device, queue, boxes));
     let failed = |error: &GpuError| tracing::warn!("a BVH is built on the host: {error}");
     let built = built.inspect_err(failed).ok()?;
@@ -113,6 +113,10 @@ fn whole_tree(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
         |seen: &mut [bool], index: usize| seen.get_mut(index).is_some_and(|seen| !std::mem::replace(seen, true));
     for (index, node) in nodes.iter().enumerate() {
         for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot)) {
+            // What obvhs expects of an inner node.
+            if !node.is_leaf(slot) && node.child_meta[slot] & 31 != 24 + slot as u8 {
+                return None;
+            }
             if node.is_leaf(slot) {
                 let (first, count) = node.child_primitives(slot);
                 let mut own = (0..count as usize).map(|i| (first as usize).saturating_add(i));
@@ -139,7 +143,7 @@ fn whole_tree(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
 }
 
 #[cfg(test)]
-pub(in crate::gpu_scene) mod tests {
+pub(crate) mod tests {
     use std::cell::Cell;
 
     use lanternfish_gpu::testing;
@@ -198,6 +202,12 @@ pub(in crate::gpu_scene) mod tests {
                 assert!(!check(&|nodes, _| shift(&mut nodes[node].primitive_base_idx)) || !has_leaf, "node {node}");
                 let has_child = tree.nodes[node].imask > 0;
                 assert!(!check(&|nodes, _| shift(&mut nodes[node].child_base_idx)) || !has_child, "node {node}");
+            }
+            for slot in (0..BRANCHING).filter(|slot| (tree.nodes[node].imask >> slot) & 1 == 1) {
+                for bits in [7, 23, 24 + (slot as u8 + 1) % 8] {
+                    let edit = |meta: &mut u8| *meta = (*meta & !31) | bits;
+                    assert!(!check(&|nodes, _| edit(&mut nodes[node].child_meta[slot])), "node {node}");
+                }
             }
         }
     }

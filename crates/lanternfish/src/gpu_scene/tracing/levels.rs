@@ -40,7 +40,7 @@ pub enum Place {
 /// Ids of triangles that a stored hit can name (`TRIANGLE_BITS` of `indirect/radiance_cache/planes.wesl`).
 pub const MOST_IDS: u64 = 1 << 28;
 
-/// Meshes that have moved or bent, which have a tree of their own or not.
+/// Meshes with one instance that have moved, and so have a tree of their own, or have bent, and have none.
 pub type Decided = BTreeMap<usize, bool>;
 
 /// True if a mesh can have a tree of its own, and triangles in it: what a pane lets pass depends on its normal in world space, and a mesh that
@@ -61,12 +61,12 @@ pub fn is_emissive(material: &Material) -> bool {
     material.emissive.max_element() > 0.0
 }
 
-/// How each instance of a scene is placed. Meshes with one instance stay flat, unless it was decided otherwise.
+/// How each instance of a scene is placed. Meshes with one instance stay flat, unless it was decided otherwise; those with several have a tree.
 pub fn places(scene: &Scene, has_hits: bool, decided: &Decided) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
-    let has_tree =
-        |mesh| decided.get(&mesh).copied().unwrap_or(counts[mesh] > 1) && can_have_tree(scene, mesh, has_hits);
+    let is_wanted = |mesh| counts[mesh] > 1 || decided.get(&mesh) == Some(&true);
+    let has_tree = |mesh| is_wanted(mesh) && can_have_tree(scene, mesh, has_hits);
     let shared: Vec<bool> = (0..counts.len()).map(has_tree).collect();
     let place = |instance: &Instance| match shared[instance.mesh] {
         true => place_of(&instance.world_from_object),

@@ -130,7 +130,12 @@ impl Upper {
             count: tracing.triangles.len(),
             cost_when_built: 0.0,
         };
-        upper.refit_flat(nodes);
+        // Boxes of the build, around what is solid of masked triangles.
+        let built = |index: usize| {
+            let Aabb { min, max } = tracing.bounds(&tracing.triangles[index]);
+            Bounds { min: min.into(), max: max.into() }
+        };
+        refit_nodes(nodes, (2..upper.nodes.rest.start).rev(), built, &mut upper.boxes);
         upper.cost_when_built = upper.refit(nodes);
         Some(upper)
     }
@@ -168,13 +173,6 @@ impl Upper {
         refit_nodes(nodes, of_instances, |index| box_of(&self.triangles[index].corners), &mut self.boxes)
     }
 
-    /// Refits the tree over triangles in world space, and returns its nodes.
-    fn refit_flat(&mut self, nodes: &mut [CwBvhNode]) -> Range<usize> {
-        let of_flat = 2..self.nodes.rest.start;
-        refit_nodes(nodes, of_flat.clone().rev(), |index| box_of(&self.triangles[index].corners), &mut self.boxes);
-        of_flat
-    }
-
     /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly and
     /// `may_rebuild`. Returns the number of bytes.
     pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, may_rebuild: bool) -> u64 {
@@ -208,7 +206,8 @@ impl Upper {
     pub fn pose(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, flat: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         self.triangles[..flat.len()].copy_from_slice(flat);
         let nodes = &mut bvh.tree[..self.nodes.count];
-        let of_flat = self.refit_flat(nodes);
+        let of_flat = 2..self.nodes.rest.start;
+        refit_nodes(nodes, of_flat.clone().rev(), |index| box_of(&self.triangles[index].corners), &mut self.boxes);
         let offset = (of_flat.start * size_of::<CwBvhNode>()) as u64;
         queue.write_buffer(&bvh.nodes, offset, bytemuck::cast_slice(&nodes[of_flat]));
         bvh.update_light_leaves(queue, flat, light_leaves);

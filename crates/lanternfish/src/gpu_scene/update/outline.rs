@@ -94,6 +94,11 @@ impl Outline {
         self.images.get(index).is_some_and(|image| now.images.get(index) == Some(image))
     }
 
+    /// True if all images are the same in `now`.
+    pub fn has_images_of(&self, now: &Self) -> bool {
+        self.images == now.images
+    }
+
     /// True if the environment is the same in `now`.
     pub fn has_environment_of(&self, now: &Self) -> bool {
         self.environment == now.environment
