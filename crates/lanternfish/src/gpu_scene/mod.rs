@@ -32,7 +32,7 @@ pub(crate) use shaders::DECLARED;
 pub(crate) use shaders::TracedLevels;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
 #[cfg(test)]
-pub(crate) use tracing::builder::tests::IS_FORCED;
+pub(crate) use tracing::builder::IS_FORCED;
 pub(crate) use update::previous::GeometryAt;
 pub use upload::{
     cost::MemoryPlan,

@@ -16,7 +16,7 @@ use obvhs::{
     cwbvh::{BRANCHING, CwBvh, node::CwBvhNode},
 };
 
-use super::refit::refit_nodes;
+use super::refit::refit;
 
 /// Fewest primitives that a card builds a tree over: the host needs some milliseconds for them.
 const LEAST: usize = 1 << 15;
@@ -53,7 +53,7 @@ impl<'a> Builder<'a> {
 /// True if the device builds a tree over so many triangles faster than the host. A browser's program cannot wait for it.
 fn builds(device: &wgpu::Device, count: usize) -> bool {
     #[cfg(test)]
-    if tests::IS_FORCED.get() {
+    if IS_FORCED.get() {
         return true;
     }
     let is_card = |kind| matches!(kind, wgpu::DeviceType::DiscreteGpu | wgpu::DeviceType::IntegratedGpu);
@@ -93,8 +93,7 @@ fn try_on_device(device: &wgpu::Device, queue: &wgpu::Queue, boxes: &[Aabb]) -> 
         let own = boxes[tree.primitive_indices[index] as usize];
         Bounds { min: own.min.into(), max: own.max.into() }
     };
-    let mut of_nodes = vec![Bounds::EMPTY; tree.nodes.len()];
-    refit_nodes(&mut tree.nodes, (0..of_nodes.len()).rev(), box_of, &mut of_nodes);
+    refit(&mut tree.nodes, box_of);
     Ok(Some(tree))
 }
 
@@ -143,18 +142,17 @@ fn whole_tree(nodes: Vec<CwBvhNode>, order: Vec<u32>) -> Option<CwBvh> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use std::cell::Cell;
+thread_local! {
+    /// True if every adapter builds trees on this thread.
+    pub static IS_FORCED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
 
+#[cfg(test)]
+mod tests {
     use lanternfish_gpu::testing;
 
     use super::{super::refit::cost, *};
     use crate::testing::Random;
-
-    thread_local! {
-        /// True if every adapter builds trees on this thread.
-        pub static IS_FORCED: Cell<bool> = const { Cell::new(false) };
-    }
 
     fn boxes(count: usize) -> Vec<Aabb> {
         let mut random = Random::new(3);

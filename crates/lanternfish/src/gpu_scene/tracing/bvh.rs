@@ -93,7 +93,7 @@ impl Bvh {
 
     /// Writes the transformed triangles, as many and in the same order, and refits the tree.
     pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
-        refit(&mut self.tree, triangles);
+        refit(&mut self.tree, |index| box_of(&triangles[index].corners));
         queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&self.tree));
         self.update_light_leaves(queue, triangles, light_leaves);
     }

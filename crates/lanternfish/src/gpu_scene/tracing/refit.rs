@@ -12,6 +12,7 @@ use glam::{DVec3, Vec3};
 use lanternfish_scene::Bounds;
 use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
 
+#[cfg(test)]
 use super::TracedTriangle;
 
 /// Largest quantised coordinate.
@@ -19,10 +20,10 @@ const GRID_CELLS: f64 = 255.0;
 /// Extent of flat boxes, m, as in obvhs. The spacing's exponent must not be zero.
 const LEAST_EXTENT: f64 = 1e-20;
 
-/// Refits a tree to these triangles: as many as it was built of, in its leaf order, with finite corners.
-pub fn refit(nodes: &mut [CwBvhNode], triangles: &[TracedTriangle]) {
+/// Refits a tree. `box_of`: the finite box of the triangle at an index of its leaf order.
+pub fn refit(nodes: &mut [CwBvhNode], box_of: impl Fn(usize) -> Bounds) {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
-    refit_nodes(nodes, (0..nodes.len()).rev(), |index| box_of(&triangles[index].corners), &mut boxes);
+    refit_nodes(nodes, (0..nodes.len()).rev(), box_of, &mut boxes);
 }
 
 /// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for `box_of`. `boxes`: of all
@@ -218,7 +219,7 @@ mod tests {
             // Half of the triangles do not move.
             let moved = triangles.len() / 2;
             shaken(&mut random, &mut triangles[moved..], reach.exp2());
-            refit(&mut nodes, &triangles);
+            refit(&mut nodes, |index| box_of(&triangles[index].corners));
             prop_assert_eq!(outside(&nodes, &triangles), (0, groups * each));
         }
     }
@@ -230,7 +231,7 @@ mod tests {
         let (mut nodes, mut triangles) = built(scattered(&mut random, 9, 30));
         shaken(&mut random, &mut triangles, 4.0);
         assert!(outside(&nodes, &triangles).0 > 100, "the old boxes contain the moved triangles");
-        refit(&mut nodes, &triangles);
+        refit(&mut nodes, |index| box_of(&triangles[index].corners));
         let mut tried = 0;
         for index in 0..nodes.len() {
             for slot in (0..BRANCHING).filter(|slot| !nodes[index].is_child_empty(*slot)) {
@@ -261,7 +262,7 @@ mod tests {
         let mut random = Random::new(9);
         let (nodes, triangles) = built(scattered(&mut random, 20, 50));
         let mut again = nodes.clone();
-        refit(&mut again, &triangles);
+        refit(&mut again, |index| box_of(&triangles[index].corners));
         let same = nodes.iter().zip(&again).filter(|(a, b)| a == b).count();
         assert!(100 * same >= 98 * nodes.len(), "{same} of {}", nodes.len());
         for (node, again) in nodes.iter().zip(&again) {
@@ -282,7 +283,7 @@ mod tests {
         }
         // A scene without triangles has one node without children.
         let mut nodes = [CwBvhNode::default()];
-        refit(&mut nodes, &[]);
+        refit(&mut nodes, |_| Bounds::EMPTY);
         assert_eq!(nodes, [CwBvhNode::default()]);
     }
 }
