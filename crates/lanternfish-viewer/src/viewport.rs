@@ -143,7 +143,9 @@ impl Viewport {
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
         self.flush();
         let settings = shown(&self.requested, &scene);
-        self.renderer.set(settings.clone())?;
+        if settings != self.settings {
+            self.renderer.set(settings.clone())?;
+        }
         self.upload(&scene)?;
         (self.scene, self.settings) = (Arc::new(scene), settings);
         self.restart();

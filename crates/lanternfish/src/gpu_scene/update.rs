@@ -2,8 +2,9 @@
 //!
 //! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
 //!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
-//!    replaces the last one. In two levels the scene is also uploaded again when a mesh's only instance moves for the first time, and gets a tree;
-//!    when a mesh bends that has one, which a mesh with one instance then loses; when a surface begins or ends to emit and hits are shaded; and when an instance becomes flat. Else:
+//!    replaces the last one. In two levels the scene is also uploaded again in these cases: a mesh's only instance moves for the first time,
+//!    and the mesh gets a tree; a mesh that has a tree bends; a surface begins or ends to emit, and hits are shaded; an instance becomes
+//!    flat. Else:
 //! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
 //! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
 //!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
@@ -140,11 +141,11 @@ impl GpuScene {
                 can_change && (!has_tree || can_have_tree(scene, *mesh, self.needs.parts.hits))
             };
             let decided: Decided = meshes.into_iter().map(decide).filter(is_other).collect();
-            let is_lit =
-                |shining: &[Shining]| shining.iter().map(|(emissive, ..)| *emissive == Vec3::ZERO).collect::<Vec<_>>();
+            let is_dark = |shining: &Shining| shining.0 == Vec3::ZERO;
+            let emits_elsewhere = !shining.iter().map(is_dark).eq(self.placed.shining.iter().map(is_dark));
             if !decided.is_empty()
                 || bent.iter().any(|mesh| upper.has_tree_of(*mesh))
-                || (!shines_as_before && is_lit(&shining) != is_lit(&self.placed.shining))
+                || (!shines_as_before && emits_elsewhere)
                 || !moved.iter().all(|(instance, transform)| upper.takes(*instance, transform))
             {
                 let mut unchanged = self.unchanged(&outline);

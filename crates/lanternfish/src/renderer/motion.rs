@@ -24,8 +24,8 @@ impl Renderer {
     /// With a BVH in two levels the host refits the tree over instances, or builds it again at once, without [`Sent::has_rebuilt`].
     ///
     /// Returns an error and does nothing for an instance that does not exist, a transform that is not finite, and, with indirect light, an
-    /// emissive instance, and, in two levels, one that has triangles in world space or becomes flat ([`RenderError::NeedsUpdate`]): use [`Self::update`] for
-    /// these.
+    /// emissive instance, and, in two levels, one that has triangles in world space or becomes flat
+    /// ([`RenderError::NeedsUpdate`]): use [`Self::update`] for these.
     /// After a device error call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
@@ -46,7 +46,8 @@ impl Renderer {
     /// Returns an error and does nothing: [`RenderError::NoAnimation`]; [`RenderError::InvalidScene`] for values that are not finite or
     /// exceed [`Scene::FARTHEST`]; [`RenderError::NeedsUpdate`] if the number of instances, meshes, primitives, vertices, indices or
     /// animated lights differs from the upload, if other meshes deform than at the first call, and, with indirect light, if lights change
-    /// or emissive instances move or deform, and in two levels what [`Self::move_instances`] refuses. Use [`Scene::pose`] and [`Self::update`] for these. BVH topology: see
+    /// or emissive instances move or deform, and in two levels what [`Self::move_instances`] refuses. Use [`Scene::pose`] and
+    /// [`Self::update`] for these. BVH topology: see
     /// [`Self::move_instances`]. After a device error call `update`.
     pub fn animate(
         &self,

@@ -1,9 +1,9 @@
-//! Builds trees on the host, or on a graphics card where there are many triangles (`lanternfish-bvh`). A software adapter has no more cores than
-//! the host, whose builder does less work.
+//! Builds trees on the host, or on a graphics card where there are many triangles (`lanternfish-bvh`). A software adapter has no more
+//! cores than the host, whose builder does less work.
 //!
-//! The host checks what a card has built, since it follows the indices: each primitive is in one leaf, children are behind their parent, no path is too
-//! long for the traversal's stack. The boxes are refitted, not trusted. A tree that fails is built on the host, and so are those of meshes below
-//! instances, all at once.
+//! The host follows the indices of a tree, so it checks those that a card has built: each primitive is in one leaf, children are behind
+//! their parent, and no path is too long for the traversal's stack. It refits the boxes. If a tree fails the check, the host builds it.
+//! The host also builds the trees of meshes below instances, all at once.
 
 use lanternfish_bvh::{BvhBuilder, DeviceBvh, Primitives};
 use lanternfish_gpu::{Frame, GpuError, Pool, Profiler, checked, read_back, storage_buffer_of};
@@ -36,7 +36,7 @@ impl<'a> Builder<'a> {
     #[cfg(test)]
     pub const HOST: Self = Self(None);
 
-    /// This device, if it is a graphics card, or else the host.
+    /// This device for the trees that it builds faster, and the host for the others.
     pub fn of(device: &'a wgpu::Device, queue: &'a wgpu::Queue) -> Self {
         Self(Some((device, queue)))
     }

@@ -43,8 +43,8 @@ pub const MOST_IDS: u64 = 1 << 28;
 /// Meshes with one instance that have moved, and so have a tree of their own, or have bent, and have none.
 pub type Decided = BTreeMap<usize, bool>;
 
-/// True if a mesh can have a tree of its own, and triangles in it: what a pane lets pass depends on its normal in world space, and a mesh that
-/// bends would need its tree again.
+/// True if a mesh can have a tree of its own, and triangles in it. What a pane lets pass depends on its normal in world space, and a mesh
+/// that bends would need its tree again.
 pub fn can_have_tree(scene: &Scene, mesh: usize, has_hits: bool) -> bool {
     let stays_flat =
         |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
@@ -61,7 +61,8 @@ pub fn is_emissive(material: &Material) -> bool {
     material.emissive.max_element() > 0.0
 }
 
-/// How each instance of a scene is placed. Meshes with one instance stay flat, unless it was decided otherwise; those with several have a tree.
+/// How each instance of a scene is placed. Meshes with several instances have a tree; those with one stay flat, unless it was decided
+/// otherwise.
 pub fn places(scene: &Scene, has_hits: bool, decided: &Decided) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);

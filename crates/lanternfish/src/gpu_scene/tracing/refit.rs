@@ -26,8 +26,8 @@ pub fn refit(nodes: &mut [CwBvhNode], box_of: impl Fn(usize) -> Bounds) {
     refit_nodes(nodes, (0..nodes.len()).rev(), box_of, &mut boxes);
 }
 
-/// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for `box_of`. `boxes`: of all
-/// nodes; those of others must be up to date.
+/// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for `box_of`. `boxes` has
+/// those of all nodes; those of other nodes must be up to date.
 pub fn refit_nodes(
     nodes: &mut [CwBvhNode],
     indices: impl Iterator<Item = usize>,

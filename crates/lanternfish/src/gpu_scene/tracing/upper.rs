@@ -71,9 +71,7 @@ impl UpperNodes {
         let own = Self { count: nodes.len(), rest, used, instances: flat.len()..order.len() };
         (own, nodes, order)
     }
-}
 
-impl UpperNodes {
     /// Nodes of the tree over instances but its root.
     fn used(&self) -> Range<usize> {
         self.rest.start..self.rest.start + self.used
@@ -230,8 +228,8 @@ impl Upper {
     }
 }
 
-/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `first`: index of the first of `elements`, which
-/// are these triangles.
+/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `elements` are these triangles; the first
+/// has the index `first`.
 pub(super) fn place_levels(
     elements: &mut Vec<BvhTriangle>,
     first: usize,
