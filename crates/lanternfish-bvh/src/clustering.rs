@@ -127,8 +127,10 @@ impl Clustering {
     }
 }
 
-/// Most iterations for this many primitives: three times as many as halving takes, and a few.
+/// Most iterations for this many primitives: four times as many as halving takes, and some. Where large triangles lie among small ones, the
+/// list shrinks slowly. Sponza needs 71, Bistro 87; with three times as many their last 150 clusters were paired in order, and rays visited
+/// a sixth more nodes.
 pub(crate) fn iterations_for(count: u32) -> u32 {
     let halvings = count.next_power_of_two().ilog2();
-    (3 * halvings + 8).min(MAX_ITERATIONS).min(count.saturating_sub(1))
+    (4 * halvings + 16).min(MAX_ITERATIONS).min(count.saturating_sub(1))
 }
