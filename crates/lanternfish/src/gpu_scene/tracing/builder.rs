@@ -170,7 +170,8 @@ mod tests {
             let of_triangle = |indices: &[u32]| Aabb::from_points(&[0, 1, 2].map(|i| corner(&indices[i])));
             primitive.indices.chunks_exact(3).map(of_triangle).collect::<Vec<_>>()
         };
-        let parts = scene.instances.iter().flat_map(|own| scene.meshes[own.mesh].primitives.iter().map(move |p| (own, p)));
+        let parts =
+            scene.instances.iter().flat_map(|own| scene.meshes[own.mesh].primitives.iter().map(move |p| (own, p)));
         parts.flat_map(of_primitive).collect()
     }
 
@@ -178,7 +179,9 @@ mod tests {
     #[gpu_test]
     fn gpu_a_tree_from_the_device_costs_about_as_much(gpu: &Gpu) {
         let mut cases = vec![("boxes", boxes(3000))];
-        if let Some(file) = testing::shared("gpu_a_tree_from_the_device_costs_about_as_much", "assets/sponza/Sponza.glb") {
+        if let Some(file) =
+            testing::shared("gpu_a_tree_from_the_device_costs_about_as_much", "assets/sponza/Sponza.glb")
+        {
             cases.push(("Sponza", boxes_of(&lanternfish_scene::load(&file).unwrap())));
         }
         for (name, boxes) in cases {
