@@ -37,7 +37,8 @@ cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish-bench quality`
 cargo xtask test [FILTER] [--quick | --full]
-                           sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
+                           sets up what is missing, then runs every test, or those whose names contain FILTER;
+                           --full checks all variants of shaders, not those that have each pair of features;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
 cargo xtask python [WORDS] builds the Python package's extension module, and runs its tests with pytest, which gets the words

@@ -65,6 +65,9 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         if selection.is_quick {
             command.env("LANTERNFISH_TEST_ADAPTER", NO_ADAPTER);
         }
+        if selection.is_full {
+            command.env("LANTERNFISH_FULL", "1");
+        }
         command
     };
     // A failure in documentation does not prevent other tests.

@@ -73,6 +73,11 @@ pub fn left_out(test: &str, reason: &str) {
     write_line(&format!("LEFT OUT: {test}: {reason}"));
 }
 
+/// True under `cargo xtask test --full`, which sets `LANTERNFISH_FULL`: checks of combinations take all of them.
+pub fn is_full() -> bool {
+    std::env::var_os("LANTERNFISH_FULL").is_some_and(|value| value == "1")
+}
+
 /// Path of a file of the shared scenes and references, in the folder `LANTERNFISH_SHARED` (default: `../shared` beside the
 /// checkout). `None` if it does not exist; the test must then return, and is recorded as left out.
 pub fn shared(test: &str, path: &str) -> Option<std::path::PathBuf> {

@@ -27,17 +27,18 @@ pub struct Selection {
     filter: Option<String>,
     /// True to run only unit tests that need no adapter and do not render.
     pub is_quick: bool,
+    /// True to check all combinations where else some stand for them.
+    pub is_full: bool,
 }
 
 impl Selection {
     /// Parses the words after `cargo xtask test`: `[FILTER] [--quick | --full]`.
     pub fn parse(words: &[String]) -> Result<Self, String> {
         let mut selection = Self::default();
-        let mut is_full = false;
         for word in words {
             match word.as_str() {
                 "--quick" => selection.is_quick = true,
-                "--full" => is_full = true,
+                "--full" => selection.is_full = true,
                 flag if flag.starts_with('-') => return Err(format!("test has no flag {flag}")),
                 "" => return Err("test takes part of a name, not an empty one".to_owned()),
                 part => {
@@ -47,7 +48,7 @@ impl Selection {
                 }
             }
         }
-        if selection.is_quick && is_full {
+        if selection.is_quick && selection.is_full {
             return Err("test takes --quick or --full, not both".to_owned());
         }
         Ok(selection)
@@ -140,11 +141,11 @@ mod tests {
     fn words_are_a_filter_and_quick_or_full() {
         let full = Selection::default();
         assert_eq!(parse(""), Ok(full.clone()));
-        assert_eq!(parse("--full"), Ok(full));
+        assert_eq!(parse("--full"), Ok(Selection { is_full: true, ..full }));
         let filter = Some("scan".to_owned());
-        assert_eq!(parse("scan --quick"), Ok(Selection { filter: filter.clone(), is_quick: true }));
+        assert_eq!(parse("scan --quick"), Ok(Selection { filter: filter.clone(), is_quick: true, is_full: false }));
         assert_eq!(parse("--quick scan"), parse("scan --quick"));
-        assert_eq!(parse("scan"), Ok(Selection { filter, is_quick: false }));
+        assert_eq!(parse("scan"), Ok(Selection { filter, ..Selection::default() }));
         assert!(Selection::parse(&[String::new()]).unwrap_err().contains("empty"));
         for (line, error) in [
             ("--fast", "test has no flag --fast"),

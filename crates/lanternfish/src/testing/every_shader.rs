@@ -1,13 +1,14 @@
 //! Checks that every shader variant that settings can request links, is valid, and fits WebGPU's default limits.
 
 use std::{
+    cmp::Reverse,
     collections::{BTreeMap, BTreeSet},
     fs,
     path::Path,
     sync::Arc,
 };
 
-use lanternfish_gpu::{Feature, LinkedShader, SharedStruct};
+use lanternfish_gpu::{Feature, LinkedShader, SharedStruct, testing};
 use wgpu::naga::{AddressSpace, ImageClass, Module, TypeInner, proc::Layouter};
 
 use crate::{
@@ -134,6 +135,19 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
     requested
 }
 
+/// Variants, those of most features first, in which each two features are together, alone, or both missing, wherever any variant has that.
+fn in_pairs(mut variants: Vec<Vec<Feature>>) -> Vec<Vec<Feature>> {
+    let features: BTreeSet<Feature> = variants.iter().flatten().copied().collect();
+    let mut seen = BTreeSet::new();
+    variants.sort_by_key(|variant| Reverse(variant.len()));
+    variants.retain(|variant| {
+        let states: Vec<bool> = features.iter().map(|feature| variant.contains(feature)).collect();
+        let pairs = (0..states.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        pairs.filter(|(i, j)| seen.insert((*i, *j, states[*i], states[*j]))).count() > 0 || features.is_empty()
+    });
+    variants
+}
+
 impl EveryShader {
     /// The shaders of these packages with these folders, under these settings.
     pub fn new(packages: Vec<&'static Package>, folders: Vec<Shaders>, settings: &[Settings]) -> Self {
@@ -145,18 +159,24 @@ impl EveryShader {
         self.folders.iter().flat_map(|folder| folder.roots.iter().map(move |root| (folder, root)))
     }
 
+    /// Variants to link: all under `--full`, and otherwise some in which each pair of features occurs as in all.
+    fn linked_variants(&self, root: &Root) -> Vec<Vec<Feature>> {
+        let variants = self.variants(root);
+        if testing::is_full() { variants } else { in_pairs(variants) }
+    }
+
     /// Every variant of a file that can be requested.
     fn variants(&self, root: &Root) -> Vec<Vec<Feature>> {
         root.variants().unwrap_or_else(|| self.requested[root.module].iter().cloned().collect())
     }
 
-    /// Links every variant that `is_wanted` selects by its file and features.
+    /// Links the variants that `is_wanted` selects by its file and features.
     ///
     /// Panics if a variant is not valid.
     pub fn link(&self, is_wanted: impl Fn(&Root, &[Feature]) -> bool) -> Vec<Arc<LinkedShader>> {
-        let wanted = self
-            .roots()
-            .flat_map(|(folder, root)| self.variants(root).into_iter().map(move |features| (folder, root, features)));
+        let wanted = self.roots().flat_map(|(folder, root)| {
+            self.linked_variants(root).into_iter().map(move |features| (folder, root, features))
+        });
         wanted
             .filter(|(_, root, features)| is_wanted(root, features))
             .map(|(folder, root, features)| {
@@ -308,4 +328,24 @@ fn declared_structs(folder: &Path, names: &mut BTreeSet<String>) {
             }));
         }
     }
+}
+
+#[test]
+fn pairs_of_features_are_kept_and_few_variants() {
+    let features = ["a", "b", "c", "d", "e", "f", "g", "h"].map(Feature::new);
+    let variant =
+        |bits: usize| features.iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1).map(|(_, f)| *f).collect();
+    // `a` and `b` are never together.
+    let all: Vec<Vec<Feature>> = (0..256).filter(|bits| bits & 3 != 3).map(variant).collect();
+    let kept = in_pairs(all.clone());
+    println!("{} of {}", kept.len(), all.len());
+    let has = |variants: &[Vec<Feature>], pair: [Feature; 2], states: [bool; 2]| {
+        variants.iter().any(|variant| pair.map(|feature| variant.contains(&feature)) == states)
+    };
+    for (a, b) in features.iter().flat_map(|a| features.iter().map(move |b| (*a, *b))) {
+        for states in [[false, false], [false, true], [true, false], [true, true]] {
+            assert_eq!(has(&kept, [a, b], states), has(&all, [a, b], states), "{a:?} {b:?} {states:?}");
+        }
+    }
+    assert!(kept.len() < all.len() / 4 && in_pairs(vec![vec![]]).len() == 1, "{}", kept.len());
 }

@@ -144,7 +144,7 @@ fn gpu_rays_hit_the_same_through_trees_of_the_device(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_images_are_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
     let mut scene = copies(200);
-    let size = [96, 64];
+    let size = [60, 40];
     let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| renderer(gpu, tracer));
     let mut uploaded = two.upload(&scene).unwrap();
     let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
@@ -220,7 +220,7 @@ fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> [f64; 2] {
 
 #[gpu_test]
 fn gpu_hits_are_lit_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
-    let size = [96, 64];
+    let size = [60, 40];
     for bounces in [Bounces::ONE, Bounces::All] {
         let mut scene = glowing(200);
         let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| all_light(gpu, tracer, bounces));
@@ -272,7 +272,7 @@ fn gpu_indirect_light_follows_instances_in_two_levels(gpu: &Gpu) {
         let with = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut renderer = with(settings.clone().with_history(History::On));
         let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
-            renderer.render(uploaded, &camera(), [60, 40]).unwrap().radiance
+            renderer.render(uploaded, &camera(), [36, 24]).unwrap().radiance
         };
         let mut uploaded = renderer.upload(&scene).unwrap();
         (0..8).for_each(|_| drop(image(&mut renderer, &uploaded)));
