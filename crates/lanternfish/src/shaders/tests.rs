@@ -19,7 +19,7 @@ fn every_shader() -> EveryShader {
 #[test]
 fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     let every = every_shader();
-    let shaders = every.link(|_, _| true);
+    let shaders = every.link_pairs(|_, _| true);
     println!("{} variants", shaders.len());
     every.check_entry_points(&shaders);
     check_floor(&shaders);

@@ -159,30 +159,36 @@ impl EveryShader {
         self.folders.iter().flat_map(|folder| folder.roots.iter().map(move |root| (folder, root)))
     }
 
-    /// Variants to link: all under `--full`, and otherwise some in which each pair of features occurs as in all.
-    fn linked_variants(&self, root: &Root) -> Vec<Vec<Feature>> {
-        let variants = self.variants(root);
-        if testing::is_full() { variants } else { in_pairs(variants) }
-    }
-
     /// Every variant of a file that can be requested.
     fn variants(&self, root: &Root) -> Vec<Vec<Feature>> {
         root.variants().unwrap_or_else(|| self.requested[root.module].iter().cloned().collect())
     }
 
-    /// Links the variants that `is_wanted` selects by its file and features.
+    /// Links every variant that `is_wanted` selects by its file and features.
     ///
     /// Panics if a variant is not valid.
     pub fn link(&self, is_wanted: impl Fn(&Root, &[Feature]) -> bool) -> Vec<Arc<LinkedShader>> {
-        let wanted = self.roots().flat_map(|(folder, root)| {
-            self.linked_variants(root).into_iter().map(move |features| (folder, root, features))
-        });
-        wanted
-            .filter(|(_, root, features)| is_wanted(root, features))
-            .map(|(folder, root, features)| {
-                folder.link(root.module, &features).unwrap_or_else(|error| panic!("{error}"))
-            })
-            .collect()
+        self.linked(|variants| variants, is_wanted)
+    }
+
+    /// The same under `--full`. Otherwise links some, in which each pair of features occurs as in all.
+    pub fn link_pairs(&self, is_wanted: impl Fn(&Root, &[Feature]) -> bool) -> Vec<Arc<LinkedShader>> {
+        self.linked(|variants| if testing::is_full() { variants } else { in_pairs(variants) }, is_wanted)
+    }
+
+    fn linked(
+        &self,
+        of: impl Fn(Vec<Vec<Feature>>) -> Vec<Vec<Feature>>,
+        is_wanted: impl Fn(&Root, &[Feature]) -> bool,
+    ) -> Vec<Arc<LinkedShader>> {
+        let mut linked = Vec::new();
+        for (folder, root) in self.roots() {
+            let wanted = of(self.variants(root)).into_iter().filter(|features| is_wanted(root, features));
+            linked.extend(
+                wanted.map(|features| folder.link(root.module, &features).unwrap_or_else(|error| panic!("{error}"))),
+            );
+        }
+        linked
     }
 
     /// Panics unless the folders declare each file with entry points once, without duplicate variants.
@@ -338,7 +344,6 @@ fn pairs_of_features_are_kept_and_few_variants() {
     // `a` and `b` are never together.
     let all: Vec<Vec<Feature>> = (0..256).filter(|bits| bits & 3 != 3).map(variant).collect();
     let kept = in_pairs(all.clone());
-    println!("{} of {}", kept.len(), all.len());
     let has = |variants: &[Vec<Feature>], pair: [Feature; 2], states: [bool; 2]| {
         variants.iter().any(|variant| pair.map(|feature| variant.contains(&feature)) == states)
     };

@@ -36,7 +36,7 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     let own: BTreeSet<_> = SHADERS.sources().iter().map(|(path, _)| *path).collect();
     const FEATURES: [&str; 5] =
         ["culling_raster_grid", "deep_images", "occlusion", "tracer_across_texels", "tracer_within_texel"];
-    let shaders = every.link(|root, features| {
+    let shaders = every.link_pairs(|root, features| {
         own.contains(root.module) || features.iter().any(|feature| FEATURES.contains(&feature.name()))
     });
     println!("{} variants", shaders.len());
