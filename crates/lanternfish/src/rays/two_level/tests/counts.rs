@@ -68,3 +68,24 @@ fn gpu_a_ray_visits_few_more_nodes_in_two_levels(gpu: &Gpu) {
         assert!(one > 3.0 && two < 2.0 * one, "{name}: {one}, {two}");
     }
 }
+
+/// In Sponza, where large walls lie among small triangles: generated scenes do not show what a tree of the device costs there.
+#[gpu_test]
+fn gpu_a_ray_visits_few_more_nodes_in_a_tree_of_the_device(gpu: &Gpu) {
+    let test = "gpu_a_ray_visits_few_more_nodes_in_a_tree_of_the_device";
+    let Some(file) = testing::shared(test, "assets/sponza/Sponza.glb") else { return };
+    let scene = lanternfish_scene::load(&file).unwrap();
+    let bounds = scene.bounds();
+    let mut random = Random::new(9);
+    let ray = |_| {
+        let place = Vec3::new(random.unit(), 0.1 + 0.2 * random.unit(), 0.2 + 0.6 * random.unit());
+        TracedRay::new(bounds.min + bounds.size() * place, random.direction(), 0.0, 0, false)
+    };
+    let rays: Vec<TracedRay> = (0..20_000).map(ray).collect();
+    let [host, device] = [false, true].map(|is_forced| {
+        IS_FORCED.set(is_forced);
+        nodes_a_ray(gpu, &scene, Tracer::BVH, &rays)
+    });
+    println!("{host:.2} nodes a ray in the host's tree, {device:.2} in the device's");
+    assert!(host > 3.0 && device < 1.2 * host, "{host}, {device}");
+}
