@@ -52,17 +52,21 @@ fn cars() -> Scene {
     scene
 }
 
+fn rays_within(scene: &Scene) -> Vec<TracedRay> {
+    let bounds = scene.bounds();
+    let mut random = Random::new(9);
+    let ray = |_| {
+        let place = Vec3::new(random.unit(), 0.1 * random.unit(), 0.2 + 0.6 * random.unit());
+        TracedRay::new(bounds.min + bounds.size() * place, random.direction(), 0.0, 0, false)
+    };
+    (0..20_000).map(ray).collect()
+}
+
 /// Above a million triangles, instances cost a ray some nodes, not a multiple.
 #[gpu_test]
 fn gpu_a_ray_visits_few_more_nodes_in_two_levels(gpu: &Gpu) {
     for (name, scene) in [("cars", cars()), ("street", generate::demo("street").unwrap())] {
-        let bounds = scene.bounds();
-        let mut random = Random::new(9);
-        let ray = |_| {
-            let place = Vec3::new(random.unit(), 0.1 * random.unit(), 0.2 + 0.6 * random.unit());
-            TracedRay::new(bounds.min + bounds.size() * place, random.direction(), 0.0, 0, false)
-        };
-        let rays: Vec<TracedRay> = (0..20_000).map(ray).collect();
+        let rays = rays_within(&scene);
         let [one, two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| nodes_a_ray(gpu, &scene, tracer, &rays));
         println!("{name}: {one:.1} nodes a ray in one level, {two:.1} in two");
         assert!(one > 3.0 && two < 2.0 * one, "{name}: {one}, {two}");
@@ -72,16 +76,9 @@ fn gpu_a_ray_visits_few_more_nodes_in_two_levels(gpu: &Gpu) {
 /// In Sponza, where large walls lie among small triangles: generated scenes do not show what a tree of the device costs there.
 #[gpu_test]
 fn gpu_a_ray_visits_few_more_nodes_in_a_tree_of_the_device(gpu: &Gpu) {
-    let test = "gpu_a_ray_visits_few_more_nodes_in_a_tree_of_the_device";
-    let Some(file) = testing::shared(test, "assets/sponza/Sponza.glb") else { return };
+    let Some(file) = testing::shared("nodes in a tree of the device", "assets/sponza/Sponza.glb") else { return };
     let scene = lanternfish_scene::load(&file).unwrap();
-    let bounds = scene.bounds();
-    let mut random = Random::new(9);
-    let ray = |_| {
-        let place = Vec3::new(random.unit(), 0.1 + 0.2 * random.unit(), 0.2 + 0.6 * random.unit());
-        TracedRay::new(bounds.min + bounds.size() * place, random.direction(), 0.0, 0, false)
-    };
-    let rays: Vec<TracedRay> = (0..20_000).map(ray).collect();
+    let rays = rays_within(&scene);
     let [host, device] = [false, true].map(|is_forced| {
         IS_FORCED.set(is_forced);
         nodes_a_ray(gpu, &scene, Tracer::BVH, &rays)
