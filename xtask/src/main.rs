@@ -10,6 +10,7 @@ mod command;
 mod demo;
 mod dist;
 mod driver;
+mod faults;
 mod files;
 mod hardware;
 mod images;
@@ -50,6 +51,10 @@ cargo xtask hardware [papers]
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
+cargo xtask faults [NAME...] [--full]
+                           builds the 24 faults of xtask/faults.toml, each behind a switch, and prints which test finds each first, and
+                           after how long, also in target/faults.tsv; fails if the fast tests miss more than two; --full runs the
+                           other tests, too, where they miss one; needs cargo-nextest
 cargo xtask images [NAME...]
                            makes the images of docs/gallery.md and docs/any-file.md again, or those of these names: hours without a
                            graphics card; a test fails once they are 60 days older than the last commit
@@ -85,6 +90,7 @@ fn main() -> ExitCode {
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
+        "faults" => faults::run(&words),
         "images" => images::run(&words, may_install),
         "audit" => audit::run_audit(),
         "check" => check::run(),
