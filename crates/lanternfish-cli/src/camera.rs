@@ -247,13 +247,9 @@ mod tests {
         assert_eq!(find("left").unwrap().name, "left");
         assert_eq!(find("1").unwrap().name, "0");
         assert_eq!(find("0").unwrap().eye(), Vec3::Y, "a camera of that name goes before the one of that number");
+        assert_eq!(choose(&scene(), &flags(), 1.0).unwrap(), scene().cameras[0], "the default");
         let error = find("right").unwrap_err().to_string();
         assert!(error.contains("\"right\"") && error.contains("0 \"left\""), "{error}");
-    }
-
-    #[test]
-    fn the_first_camera_of_the_file_is_the_default() {
-        assert_eq!(choose(&scene(), &flags(), 1.0).unwrap(), scene().cameras[0]);
     }
 
     #[test]
@@ -290,18 +286,18 @@ mod tests {
         let zoomed = choose(&scene(), &zoomed, 1.0).unwrap();
         // Framing adapts the distance to the field of view: smaller angle, larger distance.
         assert!(zoomed.eye().length() > 2.0 * sides(Viewpoint::Front).eye().length());
-    }
-
-    #[test]
-    fn angles_frame_the_scene_without_the_files_cameras() {
-        let turned = ViewArgs { azimuth: Some(90.0), elevation: Some(0.0), ..flags() };
-        assert!(forward(&choose(&scene(), &turned, 1.0).unwrap()).abs_diff_eq(Vec3::NEG_X, 1e-6));
-        let above = ViewArgs { elevation: Some(90.0), ..flags() };
-        assert!(forward(&choose(&scene(), &above, 1.0).unwrap()).abs_diff_eq(Vec3::NEG_Y, 1e-6));
+        // So do angles.
+        for (azimuth, elevation, expected) in [(Some(90.0), 0.0, Vec3::NEG_X), (None, 90.0, Vec3::NEG_Y)] {
+            let turned = ViewArgs { azimuth, elevation: Some(elevation), ..flags() };
+            assert!(forward(&choose(&scene(), &turned, 1.0).unwrap()).abs_diff_eq(expected, 1e-6));
+        }
     }
 
     #[test]
     fn eye_and_target_move_and_turn() {
+        let zoomed = choose(&scene(), &ViewArgs { fov_y: Some(0.3), ..flags() }, 1.0).unwrap();
+        assert_eq!(zoomed.projection, Projection::Perspective { fov_y: 0.3, near: 5.0 });
+        assert_eq!(zoomed.world_from_camera, scene().cameras[0].world_from_camera, "without moving");
         let (eye, target) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, -9.0));
         let moved = choose(&scene(), &ViewArgs { eye: Some(eye), ..flags() }, 1.0).unwrap();
         assert!(moved.eye() == eye && forward(&moved).abs_diff_eq(Vec3::X, 1e-6));
@@ -361,12 +357,5 @@ mod tests {
         let half = ViewArgs { orbit_angle: 180f32.to_radians(), ..flags() };
         let revolved = revolved(&camera, &bounds, true, &half);
         assert!(revolved.eye() == Vec3::X && forward(&revolved).abs_diff_eq(Vec3::X, 1e-6));
-    }
-
-    #[test]
-    fn the_angle_of_view_is_set_without_moving() {
-        let zoomed = choose(&scene(), &ViewArgs { fov_y: Some(0.3), ..flags() }, 1.0).unwrap();
-        assert_eq!(zoomed.projection, Projection::Perspective { fov_y: 0.3, near: 5.0 });
-        assert_eq!(zoomed.world_from_camera, scene().cameras[0].world_from_camera);
     }
 }

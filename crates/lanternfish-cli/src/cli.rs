@@ -9,13 +9,13 @@ use crate::{
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
     doctor::{self, DoctorArgs},
-    error::CliError,
+    error::{self, CliError},
     farm::{self, FarmArgs},
     frames::{self, FramesArgs},
     help::{self, HelpArgs},
     info::{self, InfoArgs},
     papers::{self, PapersArgs},
-    program::{self, told},
+    program,
     reference::{self, MergeArgs, ReferenceArgs},
     render,
     replay::{self, ReplayArgs},
@@ -142,15 +142,20 @@ pub fn main_of(program: Vec<OsString>, arguments: Vec<OsString>) -> u8 {
 fn begin() -> u8 {
     let started = Instant::now();
     program::run(|cli: Cli, matches| {
-        let said = matches.subcommand().map_or(matches, |(_, said)| said);
-        run(cli, said, started)
+        cli.trust.obey();
+        // Of these, 1 is a result.
+        let failed = if matches!(cli.command, Command::Compare(_) | Command::Replay(_)) { 2 } else { 1 };
+        run(cli, matches, started).unwrap_or_else(|error| {
+            error::say(&error);
+            failed
+        })
     })
 }
 
-/// Runs a command. `said` holds the arguments as given, to tell them from defaults.
-fn run(cli: Cli, said: &ArgMatches, started: Instant) -> u8 {
-    cli.trust.obey();
-    told(match cli.command {
+/// Runs a command. `matches` holds the arguments as given, to tell them from defaults. Returns the exit code.
+pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8, CliError> {
+    let said = matches.subcommand().map_or(matches, |(_, said)| said);
+    match cli.command {
         Command::Render(args) => {
             render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
@@ -168,9 +173,9 @@ fn run(cli: Cli, said: &ArgMatches, started: Instant) -> u8 {
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
         Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
-        Command::Compare(args) => return compare::main(&args),
-        Command::Replay(args) => return replay::main(&args, said),
-    })
+        Command::Compare(args) => compare::run(&args),
+        Command::Replay(args) => replay::run(&args, said),
+    }
 }
 
 /// Benches are in a separate program, which users need not have.

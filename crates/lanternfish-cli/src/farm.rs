@@ -193,3 +193,36 @@ steps:
 "#
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::testing::Place;
+
+    #[test]
+    fn a_job_has_relative_paths() {
+        let place = Place::with(&[("walk.toml", "scene = \"demo:cornell\"\n[output]\noutput = \"out/walk.png\"\n")]);
+        std::fs::create_dir(place.path("out")).unwrap();
+        let job = |words: &str| {
+            place.done(&format!("farm {words} -o %job.yaml"));
+            place.text("job.yaml")
+        };
+        let text = job("%walk.toml --frames 1-24 --chunk 5");
+        for line in [
+            "  - TASK_CHUNKING",
+            "    default: \"walk.toml\"",
+            "    default: \"out/walk.png\"",
+            "    default: \"1-24\"",
+            "    default: 5",
+            "            - \"{{Task.Param.Frame}}\"",
+        ] {
+            assert!(text.lines().any(|other| other == line), "{line} is not in:\n{text}");
+        }
+        assert!(!text.contains("--fps"));
+        let text = job("demo:cornell --frames 3 --fps 12.5 --image %out/b.exr");
+        assert!(
+            text.contains("            - --fps\n            - \"12.5\"\n") && text.contains("\"out/b.exr\""),
+            "{text}"
+        );
+        assert!(text.contains("type: STRING\n    default: \"demo:cornell\""), "{text}");
+    }
+}

@@ -87,8 +87,40 @@ fn spans(numbers: &[u32]) -> String {
     spans.collect::<Vec<_>>().join(", ")
 }
 
-#[test]
-fn consecutive_numbers_form_ranges() {
-    assert_eq!(spans(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
-    assert_eq!(spans(&[0]), "0");
+#[cfg(test)]
+mod tests {
+    use lanternfish_metrics::{ColorType, RgbImage, write_exr, write_png};
+
+    use super::*;
+    use crate::testing::Place;
+
+    #[test]
+    fn consecutive_numbers_form_ranges() {
+        assert_eq!(spans(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
+        assert_eq!(spans(&[0]), "0");
+    }
+
+    #[test]
+    fn complete_frames_have_the_size_and_the_eyes_of_the_shot() {
+        let place = Place::with(&[(
+            "walk.toml",
+            "scene = \"demo:cornell\"\n[output]\noutput = \"walk.png\"\nsize = [64, 36]\n",
+        )]);
+        write_png(&place.path("walk.0002.png"), [64, 36], ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
+        let exr = RgbImage::new(64, 36, vec![[0.5; 3]; 64 * 36]).unwrap();
+        write_exr(&place.path("walk.0007.exr"), &exr).unwrap();
+        for (words, code) in [
+            ("2", 0),
+            ("1-3", 1),
+            // Flags override the shot's keys.
+            ("2-2 --size 128x72", 1),
+            ("2 -o %other.png", 1),
+            // Two eyes are twice as wide, or have a layer each.
+            ("2 --stereo vive", 1),
+            ("7 -o %walk.exr", 0),
+            ("7 -o %walk.exr --stereo vive --stereo-layout layers", 1),
+        ] {
+            assert_eq!(place.run(&format!("frames %walk.toml {words}")), Ok(code), "{words}");
+        }
+    }
 }

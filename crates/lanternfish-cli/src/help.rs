@@ -107,6 +107,31 @@ mod tests {
         }
         // Only `--all` prints the meaning of values.
         assert!(!short.contains("Fewest lights a pixel") && long.contains("Fewest lights a pixel"));
+        for word in ["Examples:", "rain:N", "1280x720", "demo:atrium", "demo:cornell", "demo:street", ".toml"] {
+            assert!(short.contains(word) && long.contains(word), "{word:?} is not in:\n{short}");
+        }
+        for word in ["x,y,z,cd[,r,g,b[,range]]", "rain:N:radius", "ray-query"] {
+            assert!(long.contains(word), "{word:?} is not in:\n{long}");
+        }
+    }
+
+    /// `help render`, `render --help` and `render -h` print the same; the list of commands has no benches.
+    #[test]
+    fn all_ways_to_ask_for_help_are_one() {
+        let text = |words: &[&str]| {
+            let error = Cli::command().try_get_matches_from(words).unwrap_err();
+            assert_eq!(error.exit_code(), 0);
+            error.to_string()
+        };
+        let mut root = Cli::command();
+        root.build();
+        let help = root.find_subcommand_mut("render").unwrap().render_help().to_string();
+        assert_eq!(
+            [["lanternfish", "render", "--help"], ["lanternfish", "render", "-h"]].map(|words| text(&words)),
+            [help.clone(), help]
+        );
+        let commands = text(&["lanternfish", "--help"]);
+        assert!(commands.contains("deep-images") && !commands.contains("bench"), "{commands}");
     }
 
     #[test]

@@ -70,6 +70,8 @@ mod sheet;
 mod signals;
 mod stage;
 mod stereo;
+#[cfg(test)]
+mod testing;
 mod warm;
 mod window;
 

@@ -1,5 +1,8 @@
 //! Tips for arguments that other programs have, and for a file without a command.
 
+#[cfg(test)]
+mod tests;
+
 use std::path::Path;
 
 use clap::{

@@ -51,16 +51,21 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> u8) -> u8 {
         error::say(&CliError::new(format_args!("cannot listen to signals: {error}"), ""));
         return 1;
     }
+    match parse(arguments()) {
+        Ok((arguments, matches)) => work(arguments, &matches),
+        Err(error) => told(print(&error)),
+    }
+}
+
+/// Arguments as declared and as given.
+pub(crate) fn parse<P: Parser>(words: Vec<OsString>) -> Result<(P, ArgMatches), clap::Error> {
     let mut command = P::command();
     let name = OsString::from(command.get_name());
-    let matches = command.try_get_matches_from_mut([name].into_iter().chain(arguments()));
-    match matches.and_then(|matches| Ok((P::from_arg_matches(&matches)?, matches))) {
-        Ok((arguments, matches)) => work(arguments, &matches),
-        Err(mut error) => {
-            mistakes::explain(&mut error);
-            told(print(&error))
-        }
-    }
+    let matches = command.try_get_matches_from_mut([name].into_iter().chain(words));
+    matches.and_then(|matches| Ok((P::from_arg_matches(&matches)?, matches))).map_err(|mut error| {
+        mistakes::explain(&mut error);
+        error
+    })
 }
 
 /// Prints the error, if any, and returns the process's exit code.

@@ -5,6 +5,8 @@ mod json;
 mod measure;
 mod renderings;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 
@@ -19,9 +21,6 @@ use crate::{
     output::{check_writable, print, same_file, write_text},
     parse,
 };
-
-/// Exit code for bad input, the same as clap's.
-const BAD_INPUT: u8 = 2;
 
 pub const HELP: &str = "\
 Examples:
@@ -121,23 +120,8 @@ fn pixels_per_degree(text: &str) -> Result<f32, String> {
     })
 }
 
-/// Compares two images, prints the result and returns the exit code.
-pub fn main(args: &CompareArgs) -> u8 {
-    match run(args) {
-        Ok(None) => 0,
-        Ok(Some(exceeded)) => {
-            error::say(&exceeded);
-            1
-        }
-        Err(error) => {
-            error::say(&error);
-            BAD_INPUT
-        }
-    }
-}
-
-/// Returns an error that names the exceeded limits, if any.
-fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
+/// Compares two images, prints the result and the limits that it exceeds, and returns the exit code.
+pub fn run(args: &CompareArgs) -> Result<u8, CliError> {
     check(args)?;
     let inputs = Inputs::read(args)?;
     let measures = Measures::take(args, &inputs)?;
@@ -153,7 +137,9 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
             .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
         None => print(&table::to_table(args, &inputs, &measures)),
     }?;
-    Ok(exceeded(args, &inputs, &measures))
+    let exceeded = exceeded(args, &inputs, &measures);
+    exceeded.iter().for_each(|limits| error::say(limits));
+    Ok(u8::from(exceeded.is_some()))
 }
 
 /// Checks everything that can be checked before a file is read.

@@ -223,19 +223,9 @@ mod tests {
         };
         assert_eq!(settings, expected);
         assert_eq!(parsed("--view layer --layer -2").unwrap().shown.layer, -2);
-        for bad in [
-            "--directions ball:3",
-            "--resolution 0",
-            "--resolution 5000",
-            "--supersampling 9",
-            "--builder both",
-            "--view all",
-            "--image -1",
-            "--layer x",
-            "--layers 0",
-            "--upscale 0",
-            "--point-size 0",
-        ] {
+        let bad = "--directions ball:3, --resolution 0, --resolution 5000, --supersampling 9, --builder both, --view all, \
+                   --image -1, --layer x, --layers 0, --upscale 0, --point-size 0";
+        for bad in bad.split(", ") {
             assert!(parsed(bad).is_err(), "{bad}");
         }
     }

@@ -10,6 +10,8 @@ mod file;
 pub mod fingerprint;
 pub mod merge;
 mod sums;
+#[cfg(test)]
+mod tests;
 mod trace;
 
 use std::{fmt::Write as _, slice, time::Instant};

@@ -27,7 +27,7 @@ use lanternfish_scene::Camera;
 use self::{measure::Player, plan::Plan, report::Report};
 use crate::{
     args::{Selection, SharedFlags, demos},
-    error::{self, CliError},
+    error::CliError,
     output,
     parse::Frames,
     progress::Progress,
@@ -55,9 +55,6 @@ The last line of standard output is the page's path.";
 
 /// Number of frames that take long without a graphics card.
 const MANY_FRAMES: usize = 200;
-
-/// Exit code if a replay or a comparison fails.
-const FAILED: u8 = 2;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
@@ -102,17 +99,7 @@ impl Selection for SimulationArgs {
 }
 
 /// Replays, prints the results and returns the exit code.
-pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> u8 {
-    match run(args, said) {
-        Ok(code) => code,
-        Err(error) => {
-            error::say(&error);
-            FAILED
-        }
-    }
-}
-
-fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
+pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
     let old = args.compare.as_deref().map(Report::read).transpose()?;
     let (shot, recorded) = simulation(&args.scene, said)?;
     fs::create_dir_all(&args.output).map_err(|error| {

@@ -1,10 +1,6 @@
 //! `lanternfish papers`, end to end on the software adapter.
 
-use std::fs;
-
-use lanternfish_metrics::read_png;
-
-use crate::support::{lanternfish, names};
+use crate::support::Folder;
 
 /// The least work: small images, few directions, few lights.
 const SMALL: &str = "--size 24x18 --adapter cpu --sky 0.5,0.5,0.5 --deep-directions cube:1 --deep-resolution 8 --vpl-images shared \
@@ -13,28 +9,23 @@ const SMALL: &str = "--size 24x18 --adapter cpu --sky 0.5,0.5,0.5 --deep-directi
 /// Every image has its file, its place on the sheet and its figures on the page. Without any image there is an error.
 #[test]
 fn gpu_a_sheet_has_every_paper() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = |more: &[&str]| {
-        let words = SMALL.split_whitespace().chain(more.iter().copied());
-        lanternfish(folder.path()).args(["papers", "demo:cornell", "-o", "sheet"]).args(words).output().unwrap()
-    };
-    let output = run(&[]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let sheet = folder.path().join("sheet");
+    let folder = Folder::new();
+    folder.done(&format!("papers demo:cornell -o sheet {SMALL}"));
     let papers = ["five", "elagabani", "van-gelderen", "niessner", "aalund", "archer"];
-    let page = fs::read_to_string(sheet.join("papers.html")).unwrap();
+    let page = String::from_utf8(folder.read("sheet/papers.html")).unwrap();
     for name in papers.iter().chain(&["path-tracer"]) {
-        assert!(names(&sheet).contains(&format!("{name}.png")) && page.contains(&format!("{name}.png")), "{name}");
+        let image = format!("{name}.png");
+        assert!(folder.names("sheet").contains(&image) && page.contains(&image), "{name}");
     }
     assert_eq!(page.matches("FLIP ").count(), papers.len(), "{page}");
     assert!(page.contains("shadow rays") && page.contains("§4.2.2") | page.contains("§4.3.1"), "{page}");
-    let drawn = read_png(&sheet.join("papers.png")).unwrap();
-    let image = read_png(&sheet.join("path-tracer.png")).unwrap();
+    let (drawn, image) = (folder.png("sheet/papers.png"), folder.png("sheet/path-tracer.png"));
     let top = 8 + 2 * 12;
     assert_eq!(drawn.pixels[top * drawn.width + 8..][..24], image.pixels[..24], "the first image is the path tracer's");
 
     // Shadow rays cannot use linked lists.
-    let output = run(&["--shadows", "across-texels", "--deep-store", "linked_list"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && said.contains("linear_array") && said.contains("no image could be"), "{said}");
+    let lists = format!("papers demo:cornell -o sheet {SMALL} --shadows across-texels --deep-store linked_list");
+    let said = folder.run(&lists);
+    assert!(said.code == Some(1) && said.stderr.contains("linear_array"), "{said:?}");
+    assert!(said.stderr.contains("no image could be"), "{said:?}");
 }

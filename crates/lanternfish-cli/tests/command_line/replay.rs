@@ -1,12 +1,8 @@
 //! `lanternfish replay`, end to end on the software adapter.
 
-use std::{fs, path::Path, process::Output};
-
 use serde_json::{Value, json};
 
-use lanternfish_metrics::read_png;
-
-use crate::support::{lanternfish, names};
+use crate::support::{Folder, Ran};
 
 const SHOT: &str = r#"
 scene = "demo:cornell"
@@ -31,41 +27,31 @@ glossy-rays = 1
 cache-samples = 2
 "#;
 
-fn replay(folder: &Path, words: &[&str]) -> Output {
-    lanternfish(folder).args(["replay", "walk.toml", "--adapter", "cpu"]).args(words).output().unwrap()
+fn replay(folder: &Folder, words: &str) -> Ran {
+    folder.run(&format!("replay walk.toml --adapter cpu {words}"))
 }
 
-fn report(folder: &Path, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap()
+/// The report of a replay that succeeds.
+#[track_caller]
+fn report(folder: &Folder, name: &str, words: &str) -> Value {
+    replay(folder, &format!("{words} -o {name}")).succeeded();
+    folder.json(&format!("{name}/report.json"))
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_two_replays_have_equal_counters_and_images() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
-    for name in ["first", "second"] {
-        let output = replay(folder.path(), &["--runs", "2", "-o", name]);
-        let said = String::from_utf8(output.stdout).unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        assert_eq!(said.lines().last(), Some(format!("{name}/report.html").as_str()));
-        assert_eq!(names(&folder.path().join(name)), ["counts.csv", "passes.csv", "report.html", "report.json"]);
-    }
-    let (first, second) = (report(folder.path(), "first"), report(folder.path(), "second"));
+    let folder = Folder::with(&[("walk.toml", SHOT)]);
+    let [first, second] = ["first", "second"].map(|name| report(&folder, name, "--runs 2"));
     assert_eq!(first["frames"], second["frames"]);
-    let counts = |name: &str| fs::read_to_string(folder.path().join(name).join("counts.csv")).unwrap();
-    assert_eq!(counts("first"), counts("second"));
+    assert_eq!(folder.read("first/counts.csv"), folder.read("second/counts.csv"));
     // Every frame differs, because camera and rain move; and has statistics of its clusters.
     let frames = first["frames"].as_array().unwrap();
-    let mut renderings: Vec<&str> = frames.iter().map(|frame| frame["image"].as_str().unwrap()).collect();
-    renderings.sort_unstable();
-    renderings.dedup();
-    assert_eq!((frames.len(), renderings.len()), (4, 4));
+    let images: std::collections::BTreeSet<_> = frames.iter().map(|frame| frame["image"].as_str().unwrap()).collect();
+    assert_eq!((frames.len(), images.len()), (4, 4));
     for frame in frames {
-        let clusters = &frame["clusters"];
-        assert!(
-            clusters["visible"].as_u64() > Some(0) && clusters["lighting_operations"].as_u64() > Some(0),
-            "{frame}"
-        );
+        let count = |name: &str| frame["clusters"][name].as_u64();
+        assert!(count("visible") > Some(0) && count("lighting_operations") > Some(0), "{frame}");
     }
     // Every run has every frame, with passes that took time.
     let passes = first["passes"].as_array().unwrap();
@@ -74,18 +60,15 @@ fn gpu_two_replays_have_equal_counters_and_images() {
         let runs = pass["samples"].as_array().unwrap();
         assert!(runs.len() == 2 && runs.iter().all(|run| run.as_array().unwrap().len() == 4), "{pass}");
     }
-    let page = fs::read_to_string(folder.path().join("first/report.html")).unwrap();
-    assert!(page.matches("<svg").count() == 8 && !page.contains("NaN") && !page.contains("<script"));
 
     // Against a replay that seemingly took a quarter of the time, everything is slower now. Other frames cannot be compared.
     let mut faster = first;
     quarter(&mut faster);
-    let words = ["--runs", "4", "--frames", "4", "-o", "third", "--compare", "old.json", "--matters", "20"];
+    let words = "--runs 4 --frames 4 -o third --compare old.json --matters 20";
     // 2 and 4 runs are too few for so many passes.
-    fs::write(folder.path().join("old.json"), faster.to_string()).unwrap();
-    let few = replay(folder.path(), &words);
-    assert_eq!(few.status.code(), Some(2), "{}", String::from_utf8_lossy(&few.stdout));
-    assert!(String::from_utf8_lossy(&few.stderr).contains("--runs "), "{}", String::from_utf8_lossy(&few.stderr));
+    folder.write("old.json", faster.to_string());
+    let few = replay(&folder, words);
+    assert!(few.code == Some(2) && few.stderr.contains("--runs "), "{few:?}");
     let eight_times = |series: &mut Value| {
         let runs = series["samples"].as_array().unwrap().clone();
         series["samples"] = runs.iter().cycle().take(8).cloned().collect();
@@ -94,14 +77,12 @@ fn gpu_two_replays_have_equal_counters_and_images() {
         faster[list].as_array_mut().unwrap().iter_mut().for_each(eight_times);
     }
     faster["runs"] = json!(8);
-    fs::write(folder.path().join("old.json"), faster.to_string()).unwrap();
-    let slower = replay(folder.path(), &words);
-    let said = String::from_utf8_lossy(&slower.stdout);
-    assert_eq!(slower.status.code(), Some(1), "{said}{}", String::from_utf8_lossy(&slower.stderr));
-    assert!(said.contains("  slower") && said.contains("became slower"), "{said}");
-    let other = replay(folder.path(), &["--runs", "1", "--frames", "3", "-o", "other", "--compare", "old.json"]);
-    assert_eq!(other.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&other.stderr).contains("another choice of frames"));
+    folder.write("old.json", faster.to_string());
+    let slower = replay(&folder, words);
+    assert!(slower.code == Some(1) && slower.stdout.contains("  slower"), "{slower:?}");
+    assert!(slower.stdout.contains("became slower"), "{slower:?}");
+    let other = replay(&folder, "--runs 1 --frames 3 -o other --compare old.json");
+    assert!(other.code == Some(2) && other.stderr.contains("another choice of frames"), "{other:?}");
 }
 
 /// A quarter of the times, as from a machine four times as fast.
@@ -113,23 +94,6 @@ fn quarter(report: &mut Value) {
             }
         }
     }
-}
-
-#[test]
-fn what_cannot_be_replayed_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
-    for (words, expected) in [
-        (&["--compare", "nothing.json"][..], "nothing.json"),
-        (&["--matters", "-1"], "expected 0 to 1000 percent"),
-        (&["--runs", "0"], "0"),
-        (&["--time", "1"], "unexpected argument"),
-    ] {
-        let output = replay(folder.path(), words);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.code() == Some(2) && stderr.contains(expected), "{words:?}: {stderr}");
-    }
-    assert_eq!(names(folder.path()), ["walk.toml"]);
 }
 
 /// A recording of five steps as `view --record` writes it: three moves forwards, then a look to the right.
@@ -149,61 +113,50 @@ steps = [
 ]
 "#;
 
+/// A flag overrides the recording's.
 #[test]
 fn gpu_a_recording_is_replayed() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("walk.toml"), RECORDED).unwrap();
-    let output = replay(folder.path(), &["--runs", "1", "--lights", "rain:61", "-o", "whole"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let whole = report(folder.path(), "whole");
+    let folder = Folder::with(&[("walk.toml", RECORDED)]);
+    let ran = replay(&folder, "--runs 1 --lights rain:61 -o whole").succeeded();
+    assert_eq!(ran.stdout.lines().last(), Some("whole/report.html"));
+    assert_eq!(folder.names("whole"), ["counts.csv", "passes.csv", "report.html", "report.json"]);
+    let page = String::from_utf8(folder.read("whole/report.html")).unwrap();
+    assert!(page.matches("<svg").count() == 8 && !page.contains("NaN") && !page.contains("<script"));
+    let whole = folder.json("whole/report.json");
     assert_eq!(whole["moments"], json!([0.0, 0.1, 0.2, 0.3, 0.4]));
     assert_eq!((&whole["width"], &whole["source"]), (&json!(48), &json!("walk.toml")));
-    // It is rendered like a shot: numbered images, which differ because the camera and the rain move.
-    let words = ["render", "walk.toml", "--frames", "1-2", "--fps", "10", "--adapter", "cpu"];
-    let output = lanternfish(folder.path()).args(words).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let image = |name: &str| read_png(&folder.path().join(name)).unwrap();
-    let (first, second) = (image("walk.0001.png"), image("walk.0002.png"));
-    assert!((first.width, first.height) == (48, 27) && first.pixels != second.pixels);
-    // A flag overrides the recording's.
     let rain = |report: &Value| report["lights"].as_u64().unwrap();
-    let output = replay(folder.path(), &["--runs", "1", "--frames", "2-3", "-o", "part"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let part = report(folder.path(), "part");
+    let part = report(&folder, "part", "--runs 1 --frames 2-3");
     assert_eq!((part["moments"].as_array().unwrap().len(), rain(&whole) - rain(&part)), (2, 1));
+}
+
+#[test]
+#[ignore = "full"]
+fn gpu_a_recording_is_rendered_like_a_shot() {
+    let folder = Folder::with(&[("walk.toml", RECORDED)]);
+    // Numbered images, which differ because the camera and the rain move.
+    folder.done("render walk.toml --frames 1-2 --fps 10 --adapter cpu");
+    let (first, second) = (folder.png("walk.0001.png"), folder.png("walk.0002.png"));
+    assert!((first.width, first.height) == (48, 27) && first.pixels != second.pixels);
     // A shot with the same camera and time gives the same image.
+    let part = report(&folder, "part", "--runs 1 --frames 2-3");
     let shot = SHOT
         .replace("frames = 4", "")
         .replace("0, 1, 3.4]", "0, 1, 3.2]")
         .replace("[output]", "[view]\nfov-y = 45.836624\n[output]");
-    fs::write(
-        folder.path().join("walk.toml"),
-        format!("{}[indirect]\nindirect = \"none\"\n", shot.split("[track]").next().unwrap()),
-    )
-    .unwrap();
-    let words =
-        ["--runs", "1", "--frames", "2-2", "--fps", "10", "--eye", "0,1,3.2", "--target", "0,1,0", "-o", "shot"];
-    let output = replay(folder.path(), &words);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.write("walk.toml", format!("{}[indirect]\nindirect = \"none\"\n", shot.split("[track]").next().unwrap()));
+    let shot = report(&folder, "shot", "--runs 1 --frames 2-2 --fps 10 --eye 0,1,3.2 --target 0,1,0");
     let clusters = |report: &Value| report["frames"][0]["clusters"]["fragments"].clone();
-    assert_eq!(clusters(&report(folder.path(), "shot")), clusters(&part));
-
-    fs::write(folder.path().join("walk.toml"), RECORDED.replace("lights\"", "light\"")).unwrap();
-    let output = replay(folder.path(), &[]);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(2) && stderr.contains("\"light\"") && stderr.contains("lights"), "{stderr}");
+    assert_eq!(clusters(&shot), clusters(&part));
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_cluster_depth_changes_clusters_and_not_images() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
+    let folder = Folder::with(&[("walk.toml", SHOT)]);
     let of = |depth: &str, shape: &str| {
-        let direct = ["--indirect", "none"];
-        let words = ["--runs", "1", "--frames", "1", "--clusters", shape, "--cluster-depth", depth, "-o", "out"];
-        let output = replay(folder.path(), &[&direct[..], &words].concat());
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let frame = &report(folder.path(), "out")["frames"][0];
+        let words = format!("--runs 1 --frames 1 --indirect none --clusters {shape} --cluster-depth {depth}");
+        let frame = report(&folder, "out", &words)["frames"][0].clone();
         let clusters = frame["counters"]["light_culling/clusters"].as_u64().unwrap();
         (clusters, frame["clusters"]["visible"].clone(), frame["image"].clone())
     };

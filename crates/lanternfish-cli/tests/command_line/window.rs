@@ -19,7 +19,7 @@ use std::{
 
 use lanternfish_metrics::read_png;
 
-use crate::support::lanternfish;
+use crate::support::{Ran, lanternfish};
 
 /// Longest wait for an event that normally takes seconds.
 const LONGEST: Duration = Duration::from_secs(240);
@@ -157,19 +157,41 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
 
 /// Saves a shot of a converged image, closes the window, and renders the shot: the images are equal to the bit. Returns the
 /// shot's text.
-fn saved_as_seen(display: &Display, folder: &Path, mut view: Running) -> String {
+fn saved_as_seen(display: &Display, folder: &Path, view: Running) -> String {
     display.act("key F4");
     let shot = folder.join("lanternfish-1.toml");
     wait_for("a shot", || shot.exists().then_some(()));
     let seen = screenshot(display, folder);
-    display.act("key Escape");
-    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
-    let output = lanternfish(folder).args(["render", "lanternfish-1.toml", "-o", "rendered.png"]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let shown = display.screen();
+    close(display, view);
+    Ran::of(lanternfish(folder).args(["render", "lanternfish-1.toml", "-o", "rendered.png"])).succeeded();
     let (seen, rendered) = (read_png(&seen).unwrap(), read_png(&folder.join("rendered.png")).unwrap());
     assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
-    assert!(seen.pixels == rendered.pixels, "the window and the rendered shot differ");
+    let others = seen.pixels.iter().zip(&rendered.pixels).filter(|(seen, rendered)| seen != rendered).count();
+    assert_eq!(others, 0, "pixels differ between the window and the rendered shot");
+    // The screenshot equals its file except for rounding of display bytes.
+    let bytes = seen.pixels.iter().map(|pixel| pixel.map(|value| (255.0 * value).round() as i32));
+    let shown = shown.iter().map(|[blue, green, red]| [red, green, blue].map(|byte| i32::from(*byte)));
+    let farthest = bytes.zip(shown).flat_map(|(a, b)| [0, 1, 2].map(|channel| (a[channel] - b[channel]).abs())).max();
+    assert!(farthest <= Some(1), "{farthest:?} between the screen and the screenshot");
     fs::read_to_string(&shot).unwrap()
+}
+
+/// Closes a window, whose program succeeds.
+#[track_caller]
+fn close(display: &Display, mut view: Running) {
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+}
+
+/// Opens a window of the Cornell box, and hides its panels. Returns its image, too.
+fn open_alone(display: &Display, folder: &Path, words: &str) -> (Running, Vec<[u8; 3]>) {
+    let view = open(display, folder, words);
+    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
+    display.act("mousemove 600 460");
+    display.act("key F3");
+    let image = display.settled("the image without panels", is_image);
+    (view, image)
 }
 
 /// Opens a window of the Cornell box in the corner of the display, and focuses it. Its output goes to the folder's `log`.
@@ -199,24 +221,20 @@ fn start(display: &Display, folder: &Path, words: &str) -> Running {
 
 /// A recorded flight is written when the window is closed, and can be replayed.
 #[test]
+#[ignore = "full"]
 fn gpu_a_flight_is_recorded_and_played_again() {
     let Some(display) = Display::open("gpu_a_flight_is_recorded_and_played_again") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let mut view = open(&display, folder.path(), "--size 400x300 --record flight.toml");
-    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
-    display.act("key F3");
-    let first = display.settled("the image without panels", is_image);
+    let (view, first) = open_alone(&display, folder.path(), "--size 400x300 --record flight.toml");
     display.act("keydown w");
     wait_for("another image", || (!are_alike(&display.screen(), &first)).then_some(()));
     display.act("keyup w");
-    display.act("key Escape");
-    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+    close(&display, view);
 
     let flight = fs::read_to_string(folder.path().join("flight.toml")).unwrap();
     assert!(flight.contains("\"fly\", 0.0, 0.0, 1.0"), "{flight}");
     let words = ["replay", "flight.toml", "--adapter", "cpu", "--runs", "1", "--frames", "0-3", "-o", "again"];
-    let output = lanternfish(folder.path()).args(words).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Ran::of(lanternfish(folder.path()).args(words)).succeeded();
     let report: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.path().join("again/report.json")).unwrap()).unwrap();
     assert_eq!((report["frames"].as_array().unwrap().len(), &report["width"]), (4, &400.into()));
@@ -237,14 +255,12 @@ fn copy_shaders(from: &Path, to: &Path) {
 
 /// A shader that does not compile changes nothing; once corrected, it takes effect.
 #[test]
+#[ignore = "full"]
 fn gpu_shaders_are_read_again_when_they_are_saved() {
     let Some(display) = Display::open("gpu_shaders_are_read_again_when_they_are_saved") else { return };
     let folder = tempfile::tempdir().unwrap();
     copy_shaders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../lanternfish/src"), &folder.path().join("src"));
-    let mut view = open(&display, folder.path(), "--size 400x300 --shaders src");
-    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
-    display.act("key F3");
-    let first = display.settled("the image without panels", is_image);
+    let (view, first) = open_alone(&display, folder.path(), "--size 400x300 --shaders src");
     let file = folder.path().join("src/materials/brdf.wesl");
     let text = fs::read_to_string(&file).unwrap();
     let piece = "let diffuse = surface.albedo * ";
@@ -267,22 +283,17 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     display.settled("the previous colours", |screen| are_alike(screen, &first));
     display.act("key F3");
     display.settled("the panels without what was wrong", |screen| *screen != told);
-    display.act("key Escape");
-    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+    close(&display, view);
 }
 
 /// Opens a window, hides the panels, flies, shows the keys, draws and drags the line of Compare, focuses a clicked pixel, saves
 /// a shot and closes the window. The shot then renders the window's image to the bit.
 #[test]
+#[ignore = "full"]
 fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
     let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_image") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let mut view = open(&display, folder.path(), "--size 400x300");
-    let said = || fs::read_to_string(folder.path().join("log")).unwrap();
-
-    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
-    display.act("key F3");
-    let first = display.settled("the image without panels", is_image);
+    let (view, first) = open_alone(&display, folder.path(), "--size 400x300");
     display.act("keydown w");
     sleep(Duration::from_millis(500));
     display.act("keyup w");
@@ -326,25 +337,5 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_image() {
         (!are_alike(&display.screen(), &flown)).then_some(())
     });
 
-    display.act("key F4");
-    let shot = folder.path().join("lanternfish-1.toml");
-    wait_for("a shot", || shot.exists().then_some(()));
-    let seen = screenshot(&display, folder.path());
-    let shown = display.screen();
-    display.act("key Escape");
-    let ended = wait_for("the end", || view.0.try_wait().unwrap());
-    assert!(ended.success(), "{}", said());
-
-    let mut render = lanternfish(folder.path());
-    let output = render.args(["render", "lanternfish-1.toml", "-o", "rendered.png"]).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let (seen, rendered) = (read_png(&seen).unwrap(), read_png(&folder.path().join("rendered.png")).unwrap());
-    assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
-    let others = seen.pixels.iter().zip(&rendered.pixels).filter(|(seen, rendered)| seen != rendered).count();
-    assert_eq!(others, 0, "pixels differ between the window and the rendered shot");
-    // The screenshot equals its file except for rounding of display bytes.
-    let bytes = seen.pixels.iter().map(|pixel| pixel.map(|value| (255.0 * value).round() as i32));
-    let shown = shown.iter().map(|[blue, green, red]| [red, green, blue].map(|byte| i32::from(*byte)));
-    let farthest = bytes.zip(shown).flat_map(|(a, b)| [0, 1, 2].map(|channel| (a[channel] - b[channel]).abs())).max();
-    assert!(farthest <= Some(1), "{farthest:?} between the screen and the screenshot");
+    saved_as_seen(&display, folder.path(), view);
 }

@@ -241,7 +241,7 @@ mod tests {
     }
 
     /// A variant that finds other hits would compare other work.
-    #[gpu_test]
+    #[gpu_test(full)]
     fn gpu_every_variant_finds_the_same_hits(gpu: &Gpu) {
         let bench = bench(gpu);
         let extent = Extent { rays: 1 << 15, ..Extent::new(true, true, None) };

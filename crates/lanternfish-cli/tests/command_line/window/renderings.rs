@@ -21,12 +21,13 @@ fn at(screen: &[[u8; 3]], x: usize, y: usize) -> [u8; 3] {
 
 /// Compares A, left of the line, with B, right of it; shows the difference; zooms in with the wheel, and resets.
 #[test]
+#[ignore = "full"]
 fn gpu_two_images_are_compared() {
     let Some(display) = Display::open("gpu_two_images_are_compared") else { return };
     let folder = tempfile::tempdir().unwrap();
     write_stripes(&folder.path().join("a.png"), 0);
     write_stripes(&folder.path().join("b.png"), 80);
-    let mut view = start(&display, folder.path(), "view a.png b.png --size 400x300 --adapter cpu");
+    let view = start(&display, folder.path(), "view a.png b.png --size 400x300 --adapter cpu");
     display.settled("the panel", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
@@ -59,17 +60,17 @@ fn gpu_two_images_are_compared() {
     assert!(row(&enlarged).iter().all(|value| [60, 140].contains(value)), "{:?}", row(&enlarged));
     display.act("key f");
     display.settled("all of it", |screen| *screen == both);
-    display.act("key Escape");
-    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+    close(&display, view);
 }
 
 /// The window shows the rendered image.
 #[test]
+#[ignore = "full"]
 fn gpu_a_rendered_image_is_opened() {
     let Some(display) = Display::open("gpu_a_rendered_image_is_opened") else { return };
     let folder = tempfile::tempdir().unwrap();
     let words = "render demo:cornell --adapter cpu --indirect none --size 400x300 -o box.png --open";
-    let mut render = start(&display, folder.path(), words);
+    let render = start(&display, folder.path(), words);
     display.settled("the panel", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
@@ -77,8 +78,7 @@ fn gpu_a_rendered_image_is_opened() {
     let bytes = rendering.pixels.iter().map(|[r, g, b]| [*b, *g, *r].map(|value| (255.0 * value).round() as u8));
     let expected: Vec<_> = bytes.collect();
     display.settled("the image, to the bit", |screen| *screen == expected);
-    display.act("key Escape");
-    assert!(wait_for("the end", || render.0.try_wait().unwrap()).success());
+    close(&display, render);
     let said = fs::read_to_string(folder.path().join("log")).unwrap();
     assert!(said.lines().any(|line| line == "box.png"), "{said}");
 }

@@ -7,11 +7,7 @@ use super::*;
 fn gpu_two_eyes_are_shown_and_saved() {
     let Some(display) = Display::open("gpu_two_eyes_are_shown_and_saved") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let view = open(&display, folder.path(), "--size 400x300 --stereo parallel:0.3");
-    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
-    display.act("mousemove 600 460");
-    display.act("key F3");
-    let both = display.settled("both images", is_image);
+    let (view, both) = open_alone(&display, folder.path(), "--size 400x300 --stereo parallel:0.3");
     let half = SIZE[0] / 2;
     let row = |y: usize| &both[y * SIZE[0]..][..SIZE[0]];
     let differing = (0..SIZE[1]).flat_map(|y| (0..half).map(move |x| (x, y)));
