@@ -1,6 +1,5 @@
-//! Test support: the software adapter, a record of skipped tests, and an interpreter of compute shaders.
+//! Test support: the software adapter, a record of skipped tests, and passes over named buffers.
 
-mod interpreter;
 mod memory;
 
 use std::{
@@ -8,7 +7,7 @@ use std::{
     sync::{Mutex, OnceLock, PoisonError},
 };
 
-pub use self::{interpreter::Order, memory::Memory};
+pub use self::memory::Memory;
 use crate::{AdapterChoice, Engine, Gpu, GpuError, is_same_device};
 
 /// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto`: the best one, `gpu`: the best one that is

@@ -1,4 +1,4 @@
-//! Named buffers for passes that run in the interpreter or on a device.
+//! Named buffers for passes of tests.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,8 @@ use crate::{Bindings, ComputeKernel, Frame, Gpu, LinkedShader, Profiler, read_ba
 /// Buffers by their names in shaders. A buffer may have several names.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
-    pub(super) buffers: Vec<Vec<u8>>,
-    pub(super) names: BTreeMap<String, usize>,
+    buffers: Vec<Vec<u8>>,
+    names: BTreeMap<String, usize>,
 }
 
 impl Memory {
@@ -36,9 +36,13 @@ impl Memory {
         bytemuck::pod_collect_to_vec(&self.buffers[self.names[name]])
     }
 
-    /// Runs an entry point on a device on these buffers.
+    /// Runs an entry point on these buffers.
     pub fn run_on(&mut self, gpu: &Gpu, shader: &LinkedShader, entry: &str, workgroups: [u32; 3]) {
-        let kernel = ComputeKernel::new(&gpu.device, shader, entry, entry);
+        self.run(gpu, &ComputeKernel::new(&gpu.device, shader, entry, entry), workgroups);
+    }
+
+    /// The same for a compiled entry point.
+    pub fn run(&mut self, gpu: &Gpu, kernel: &ComputeKernel, workgroups: [u32; 3]) {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let buffer = |content: &Vec<u8>| {
             let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -59,7 +63,7 @@ impl Memory {
         });
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-        frame.dispatch(&kernel, &bound, workgroups);
+        frame.dispatch(kernel, &bound, workgroups);
         frame.submit();
         for (content, buffer) in self.buffers.iter_mut().zip(&buffers) {
             *content = read_back(&gpu.device, &gpu.queue, buffer, content.len()).expect("a test's buffer can be read");

@@ -354,10 +354,10 @@ fn constants_are_the_shaders() {
 
 /// A light's range is √(I / I0) [VanGelderen2020, §A.1], with I0 for each light or for all of them together.
 #[cfg(test)]
-#[test]
-fn ranges_are_those_of_a_cut_off_intensity() {
+#[gpu_test(crate::testing::gpu)]
+fn gpu_ranges_are_those_of_a_cut_off_intensity(gpu: &lanternfish_gpu::Gpu) {
     use glam::Vec3;
-    use lanternfish_gpu::testing::{Memory, Order};
+    use lanternfish_gpu::testing::Memory;
     const COUNT: u32 = 100;
     let flux = |i: u32| 0.01 * (i + 1) as f32;
     for (ranges, shared) in [(Ranges::ThresholdEach, 1), (Ranges::Threshold, COUNT)] {
@@ -382,7 +382,7 @@ fn ranges_are_those_of_a_cut_off_intensity() {
         }
         memory.bind(&["light_counters"], &vec![0u32; COUNTERS.len()]);
         let shader = DECLARED.link("indirect/virtual_lights/ranges", &[]).expect("it links");
-        memory.interpret(&shader, "ranges", workgroups(COUNT + 1), Order::Forward);
+        memory.run_on(gpu, &shader, "ranges", workgroups(COUNT + 1));
         let found: Vec<LightRange> = memory.get("light_ranges");
         for (i, found) in (0..).zip(found) {
             // A diffuse surface of this flux sends flux / π along its normal; luminances of equal channels are these.

@@ -1,10 +1,10 @@
-//! Micromaps against the texture, read by the shader of the tracers; in the interpreter, which needs no adapter.
+//! Micromaps against the texture, read by the shader of the tracers.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine2, Vec2, Vec4};
 use lanternfish_gpu::{
-    ShaderLibrary,
-    testing::{Memory, Order},
+    ComputeKernel, Gpu, ShaderLibrary,
+    testing::{self, Memory},
 };
 use lanternfish_scene::{Filter, Scene, Wrap};
 
@@ -12,7 +12,7 @@ use super::{
     super::tests::{ANY, masked_scene},
     *,
 };
-use crate::testing::{Random, edited_library, library};
+use crate::testing::{Random, edited_library, library, probe_of};
 
 /// As in `testing/masks.wesl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -23,15 +23,21 @@ struct Query {
     opacity: u32,
 }
 
+/// A device, and the entry point `compare` on it.
+type On<'a> = (&'a Gpu, &'a ComputeKernel);
+
+fn kernel(gpu: &Gpu, library: &ShaderLibrary) -> ComputeKernel {
+    probe_of(library, gpu, "testing/masks", &[], "compare")
+}
+
 /// Results of some points of triangles: the state of the point's subtriangle, whether it is solid by the texture, and for rays.
-fn compare(library: &ShaderLibrary, masks: &[u32], queries: &[Query]) -> Vec<(u32, bool, bool)> {
-    let shader = library.link("testing/masks", &[]).unwrap_or_else(|error| panic!("{error}"));
+fn compare((gpu, kernel): On, masks: &[u32], queries: &[Query]) -> Vec<(u32, bool, bool)> {
     let mut memory = Memory::new();
     memory.bind(&["masks"], masks);
     memory.bind(&["queries"], queries);
     memory.bind(&["states"], &vec![0u32; queries.len()]);
     memory.bind(&["solid"], &vec![0u32; queries.len()]);
-    memory.interpret(&shader, "compare", [queries.len().div_ceil(64) as u32, 1, 1], Order::Forward);
+    memory.run(gpu, kernel, [queries.len().div_ceil(64) as u32, 1, 1]);
     let (states, solid): (Vec<u32>, Vec<u32>) = (memory.get("states"), memory.get("solid"));
     states.into_iter().zip(solid).map(|(state, solid)| (state, solid & 1 > 0, solid & 2 > 0)).collect()
 }
@@ -87,7 +93,7 @@ fn points(random: &mut Random, count: usize) -> impl Iterator<Item = Vec2> {
 }
 
 /// Number of points, of those in decided triangles and subtriangles, and of those where maps and texture differ, over random scenes.
-fn counts(library: &ShaderLibrary, scenes: u64) -> [usize; 3] {
+fn counts(on: On, scenes: u64) -> [usize; 3] {
     const POINTS: usize = 120;
     let [mut all, mut decided, mut wrong] = [0; 3];
     for seed in 0..scenes {
@@ -110,9 +116,9 @@ fn counts(library: &ShaderLibrary, scenes: u64) -> [usize; 3] {
                 }
             }
         }
-        let of_uniform = compare(library, &before.masks, &uniform);
+        let of_uniform = compare(on, &before.masks, &uniform);
         wrong += of_uniform.iter().zip(is_solid).filter(|((_, by_texture, _), solid)| by_texture != solid).count();
-        let of_mixed = compare(library, &after.masks, &mixed);
+        let of_mixed = compare(on, &after.masks, &mixed);
         wrong += of_mixed.iter().filter(|(_, by_texture, for_rays)| by_texture != for_rays).count();
         decided += uniform.len() + of_mixed.iter().filter(|(state, ..)| *state != 0).count();
         all += uniform.len() + mixed.len();
@@ -120,48 +126,51 @@ fn counts(library: &ShaderLibrary, scenes: u64) -> [usize; 3] {
     [all, decided, wrong]
 }
 
-#[test]
-fn micromaps_agree_with_the_texture_everywhere() {
-    let [all, decided, wrong] = counts(&library(), 12);
+#[gpu_test]
+fn gpu_micromaps_agree_with_the_texture_everywhere(gpu: &Gpu) {
+    let [all, decided, wrong] = counts((gpu, &kernel(gpu, &library())), 12);
     assert_eq!(wrong, 0, "of {all} points, {decided} of them decided");
     assert!(decided > all / 3 && decided < all, "{decided} of {all} points are decided");
 }
 
 /// The comparison detects a wrong subtriangle and a footprint that lacks a row of texels.
-#[test]
-fn faults_of_micromaps_are_noticed() {
+#[gpu_test]
+fn gpu_faults_of_micromaps_are_noticed(gpu: &Gpu) {
     let file = "gpu_scene/mask";
     for (text, by) in [
         ("2u * column + select", "2u * column + 1u - select"),
         ("row * (2u * count - row)", "row * (2u * count - row - 1u)"),
         ("let low = floor(p)", "let low = floor(p + 2.0)"),
     ] {
-        let [all, _, wrong] = counts(&edited_library(file, text, by), 3);
+        let [all, _, wrong] = counts((gpu, &kernel(gpu, &edited_library(file, text, by))), 3);
         assert!(wrong > 0, "{by}: none of {all} points differs");
     }
 }
 
 /// Points of subtriangles that are not empty lie in the box that the BVH is built over, by more than the error of a hit.
-#[test]
-fn boxes_hold_all_that_is_not_empty() {
+#[gpu_test]
+fn gpu_boxes_hold_all_that_is_not_empty(gpu: &Gpu) {
+    let kernel = kernel(gpu, &library());
     let (mut outside, mut area, mut full_area) = (0, 0.0, 0.0);
     for seed in 0..6 {
         let mut tracing = Tracing::new(&scene(seed, 24), ANY);
         tracing.decide_opacity(ANY);
         let mut random = Random::new(seed + 2000);
+        let (mut queries, mut places) = (Vec::new(), Vec::new());
         for triangle in tracing.triangles.iter().filter(|triangle| triangle.source.opacity > 0) {
-            let queries: Vec<Query> = points(&mut random, 60)
-                .map(|p| Query { barycentrics: p, record: triangle.source.record, opacity: triangle.source.opacity })
-                .collect();
+            let (record, opacity) = (triangle.source.record, triangle.source.opacity);
             let bounds = tracing.bounds(triangle);
             let [a, b, c] = triangle.corners.map(glam::Vec3A::from);
-            let states = compare(&library(), &tracing.masks, &queries);
-            for (query, _) in queries.iter().zip(states).filter(|(_, (state, ..))| *state != Opacity::Empty as u32) {
-                let p = a + query.barycentrics.x * (b - a) + query.barycentrics.y * (c - a);
-                outside += usize::from(p.cmplt(bounds.min - 1e-6).any() || p.cmpgt(bounds.max + 1e-6).any());
+            for barycentrics in points(&mut random, 60) {
+                queries.push(Query { barycentrics, record, opacity });
+                places.push((a + barycentrics.x * (b - a) + barycentrics.y * (c - a), bounds));
             }
             area += bounds.half_area();
             full_area += Aabb::new(a.min(b).min(c), a.max(b).max(c)).half_area();
+        }
+        let states = compare((gpu, &kernel), &tracing.masks, &queries);
+        for ((p, bounds), _) in places.iter().zip(states).filter(|(_, (state, ..))| *state != Opacity::Empty as u32) {
+            outside += usize::from(p.cmplt(bounds.min - 1e-6).any() || p.cmpgt(bounds.max + 1e-6).any());
         }
     }
     assert_eq!(outside, 0);

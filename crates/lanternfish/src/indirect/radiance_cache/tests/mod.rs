@@ -1,5 +1,4 @@
-//! Comparison of the cache's shaders with the CPU reference: bit-exact in the interpreter, which needs no adapter; and on a device, up to the assignment
-//! of slots and the rounding of floats.
+//! Comparison of the cache's shaders with the CPU reference, up to the assignment of slots and the rounding of floats; in two orders of invocations.
 
 mod accumulate;
 mod hashing;
@@ -9,12 +8,12 @@ mod schedule;
 mod table;
 mod vote;
 
-use std::{cell::RefCell, collections::BTreeMap, fmt::Debug, sync::Arc};
+use std::{cell::RefCell, collections::BTreeMap, fmt::Debug};
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{
-    Gpu, LinkedShader, ShaderLibrary,
-    testing::{self, Memory, Order},
+    ComputeKernel, Gpu, ShaderLibrary,
+    testing::{self, Memory},
 };
 
 use super::{
@@ -27,7 +26,7 @@ use crate::{
     common::workgroups,
     settings::{Indirect, Shadows, Tracer},
     techniques::Sampled,
-    testing::Random,
+    testing::{Random, edited_library, library, probe_of},
     view::View,
 };
 
@@ -37,40 +36,19 @@ type Compared = Result<(), String>;
 /// A comparison of one part of the cache.
 type Comparison = fn(&Bench) -> Compared;
 
-/// Executes shaders: the interpreter or a device.
-#[derive(Clone, Copy, Debug)]
-enum Runner {
-    Interpreter(Order),
-    Gpu(&'static Gpu),
-}
-
-/// The shaders and their runner.
+/// The shaders and the device that runs them.
 struct Bench {
     library: ShaderLibrary,
-    runner: Runner,
-    linked: RefCell<BTreeMap<String, Arc<LinkedShader>>>,
+    gpu: &'static Gpu,
+    kernels: RefCell<BTreeMap<String, ComputeKernel>>,
 }
 
-/// Prefix of the panic message for a shader that does not link.
-const NOT_LINKED: &str = "not linked: ";
+/// Largest relative error of floats: on a device some operations are not rounded as in IEEE 754.
+const TOLERANCE: f32 = 1e-5;
 
 impl Bench {
-    fn new(library: ShaderLibrary, runner: Runner) -> Self {
-        Self { library, runner, linked: RefCell::default() }
-    }
-
-    fn is_gpu(&self) -> bool {
-        matches!(self.runner, Runner::Gpu(_))
-    }
-
-    /// True if slots are those of the reference, which processes everything in order.
-    fn is_in_order(&self) -> bool {
-        matches!(self.runner, Runner::Interpreter(Order::Forward))
-    }
-
-    /// Largest relative error of floats: on a device some operations are not rounded as in IEEE 754.
-    fn tolerance(&self) -> f32 {
-        if self.is_gpu() { 1e-5 } else { 0.0 }
+    fn new(gpu: &'static Gpu, library: ShaderLibrary) -> Self {
+        Self { library, gpu, kernels: RefCell::default() }
     }
 
     fn run(&self, memory: &mut Memory, module: &str, entry: &str, workgroups: [u32; 3]) {
@@ -79,12 +57,9 @@ impl Bench {
         } else {
             format!("indirect/radiance_cache/{module}")
         };
-        let link = || self.library.link(&module, &[]).unwrap_or_else(|error| panic!("{NOT_LINKED}{error}"));
-        let shader = self.linked.borrow_mut().entry(module.clone()).or_insert_with(link).clone();
-        match self.runner {
-            Runner::Interpreter(order) => memory.interpret(&shader, entry, workgroups, order),
-            Runner::Gpu(gpu) => memory.run_on(gpu, &shader, entry, workgroups),
-        }
+        let compile = || probe_of(&self.library, self.gpu, &module, &[], entry);
+        let kernel = self.kernels.borrow_mut().entry(format!("{module}:{entry}")).or_insert_with(compile).clone();
+        memory.run(self.gpu, &kernel, workgroups);
     }
 
     /// Runs a probe over these queries, `each` vectors per query.
@@ -104,18 +79,12 @@ impl Bench {
     }
 }
 
-/// Compares in the interpreter, in forward and in backward order.
-fn check(comparison: Comparison) {
-    for order in [Order::Forward, Order::Backward] {
-        let compared = comparison(&Bench::new(crate::testing::library(), Runner::Interpreter(order)));
-        compared.unwrap_or_else(|difference| panic!("{order:?}: {difference}"));
-    }
-}
-
-/// Compares on a device.
-fn check_on_gpu(test: &str, comparison: Comparison) {
-    let Some(gpu) = testing::gpu(test) else { return };
-    comparison(&Bench::new(crate::testing::library(), Runner::Gpu(gpu))).unwrap();
+/// Compares, then compares again with invocations in reverse order within each workgroup.
+fn check(gpu: &'static Gpu, comparison: Comparison) {
+    comparison(&Bench::new(gpu, library())).unwrap();
+    let index = "id.y * WIDTH * WORKGROUP + id.x";
+    let reversed = edited_library("indirect/radiance_cache/bindings", index, &format!("({index}) ^ (WORKGROUP - 1u)"));
+    comparison(&Bench::new(gpu, reversed)).unwrap_or_else(|difference| panic!("in reverse order: {difference}"));
 }
 
 /// Returns an error that describes the first difference of two lists.
@@ -345,7 +314,9 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
         let [x, y, z] = bits(p_world.to_array());
         // One per sample; none with one bounce.
         let listed = table.light.get(1).map_or(0, |light| (light[slot].w as usize).min(LISTED));
-        let hits = table.hits[slot][..listed].iter().map(|hit| [table.keys[hit.slot as usize], hit.reflectance]);
+        // An edited shader may write any slot.
+        let key_of = |slot: u32| table.keys.get(slot as usize).copied().unwrap_or(0);
+        let hits = table.hits[slot][..listed].iter().map(|hit| [key_of(hit.slot), hit.reflectance]);
         let kept = Kept {
             hash,
             rgbe: table.rgbe[slot],
@@ -364,15 +335,12 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
 }
 
 /// Returns an error that names the first entry that differs.
-fn same_tables(bench: &Bench, actual: &Table, expected: &Table) -> Compared {
-    if bench.is_in_order() {
-        same("key of slot", &actual.keys, &expected.keys)?;
-    }
+fn same_tables(actual: &Table, expected: &Table) -> Compared {
     let (actual, expected) = (kept(actual)?, kept(expected)?);
     same("key", &actual.keys().collect::<Vec<_>>(), &expected.keys().collect::<Vec<_>>())?;
     for ((key, (actual, floats)), (expected, expected_floats)) in actual.iter().zip(expected.values()) {
         let is_close = |(actual, expected): (&Vec3, &Vec3)| {
-            let is_close = |i: usize| (actual[i] - expected[i]).abs() <= bench.tolerance() * expected[i].abs();
+            let is_close = |i: usize| (actual[i] - expected[i]).abs() <= TOLERANCE * expected[i].abs();
             actual == expected || (0..3).all(is_close)
         };
         if actual != expected || !floats.iter().zip(expected_floats).all(is_close) {

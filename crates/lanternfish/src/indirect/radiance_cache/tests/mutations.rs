@@ -1,38 +1,13 @@
 //! Mutation tests: the comparisons detect shaders with an error.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use super::*;
 
 /// An edit of a file of `indirect/radiance_cache/`, or of another one below `src/`: module, old text and new text.
 type Edit = (&'static str, &'static str, &'static str);
 
-fn path(module: &str) -> String {
-    if module.contains('/') { module.to_owned() } else { format!("indirect/radiance_cache/{module}") }
-}
-
-/// An edited shader may also read out of bounds, which the interpreter refuses.
-fn is_detected(comparison: Comparison, (module, text, by): Edit) -> bool {
-    let library = crate::testing::edited_library(&path(module), text, by);
-    let compared = || comparison(&Bench::new(library, Runner::Interpreter(Order::Forward)));
-    match catch_unwind(AssertUnwindSafe(compared)) {
-        Ok(compared) => compared.is_err(),
-        Err(panic) => {
-            let message = panic.downcast_ref::<String>().map_or("", String::as_str);
-            assert!(!message.starts_with(NOT_LINKED), "{module}, {by:?}: {message}");
-            true
-        }
-    }
-}
-
-fn check_edits(comparison: Comparison, edits: &[Edit]) {
-    let undetected: Vec<_> = edits.iter().filter(|edit| !is_detected(comparison, **edit)).collect();
-    assert!(undetected.is_empty(), "{undetected:#?}");
-}
-
-#[test]
-fn wrong_hash_is_detected() {
-    check_edits(
+/// Edits that each comparison must detect.
+const EDITS: [(Comparison, &[Edit]); 7] = [
+    (
         hashing::compare,
         &[
             ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 14"),
@@ -63,12 +38,8 @@ fn wrong_hash_is_detected() {
             ("propagate", "slot <= radiance_cache.slot_mask", "slot < radiance_cache.slot_mask"),
             ("table", "key_at(slot) + BUCKET", "key_at(slot) + BUCKET + 1u"),
         ],
-    );
-}
-
-#[test]
-fn wrong_table_is_detected() {
-    check_edits(
+    ),
+    (
         table::compare_table,
         &[
             ("table", "PROBES = 16u", "PROBES = 15u"),
@@ -90,12 +61,8 @@ fn wrong_table_is_detected() {
             ("table", "select(3u, 2u, is_there.z)", "select(2u, 3u, is_there.z)"),
             ("table", "keys.w == EMPTY", "keys.x != EMPTY"),
         ],
-    );
-}
-
-#[test]
-fn wrong_eviction_is_detected() {
-    check_edits(
+    ),
+    (
         table::compare_migration,
         &[
             ("rehash", "<= radiance_cache.kept", "< radiance_cache.kept"),
@@ -110,12 +77,8 @@ fn wrong_eviction_is_detected() {
             ("rehash", "entry_votes[slot] = old_votes[old]", "entry_votes[slot] = radiance_cache.frame"),
             ("rehash", "radiance_cache.bounce_levels == 0u", "radiance_cache.bounce_levels <= 2u"),
         ],
-    );
-}
-
-#[test]
-fn wrong_vote_is_detected() {
-    check_edits(
+    ),
+    (
         vote::compare,
         &[
             ("vote", "x >> 16u)) * 0x7feb352du", "x >> 15u)) * 0x7feb352du"),
@@ -141,12 +104,8 @@ fn wrong_vote_is_detected() {
             ("vote", "step * sample", "step + sample"),
             ("vote", "mask + 1u", "2u * (mask + 1u)"),
         ],
-    );
-}
-
-#[test]
-fn wrong_schedule_is_detected() {
-    check_edits(
+    ),
+    (
         schedule::compare,
         &[
             ("hashing", "key >> 8u", "key >> 7u"),
@@ -191,12 +150,8 @@ fn wrong_schedule_is_detected() {
             ("vote", "rank_of(point) < LAST_RANK", "rank_of(point) < LAST_RANK - 1u"),
             ("bindings", "id.y * WIDTH", "id.y * 2u * WIDTH + WORKGROUP"),
         ],
-    );
-}
-
-#[test]
-fn wrong_accumulation_is_detected() {
-    check_edits(
+    ),
+    (
         accumulate::compare,
         &[
             ("accumulate", "radiance_cache.most) + 1.0", "radiance_cache.most) + 2.0"),
@@ -224,12 +179,8 @@ fn wrong_accumulation_is_detected() {
             ("host", "HITS: u32 = 16", "HITS: u32 = 15"),
             ("accumulate", "step * (radiance_cache.slot_mask + 1u)", "step * radiance_cache.slot_mask"),
         ],
-    );
-}
-
-#[test]
-fn wrong_propagation_is_detected() {
-    check_edits(
+    ),
+    (
         propagate::compare,
         &[
             ("propagate", "key & 1u", "(key >> 1u) & 1u"),
@@ -252,16 +203,36 @@ fn wrong_propagation_is_detected() {
             ("accumulate", "radiance_cache.most) - f32(HITS)", "radiance_cache.most) - f32(HITS + 1u)"),
             ("table", "radiance_cache.slot_mask + 1u", "radiance_cache.slot_mask"),
         ],
-    );
+    ),
+];
+
+/// Edits that are not detected, of one in `every` edits of each comparison.
+fn undetected(gpu: &'static Gpu, every: usize) -> Vec<Edit> {
+    let is_undetected = |comparison: Comparison, (module, text, by): Edit| {
+        let path = if module.contains('/') { module.to_owned() } else { format!("indirect/radiance_cache/{module}") };
+        comparison(&Bench::new(gpu, edited_library(&path, text, by))).is_ok()
+    };
+    let of = |(comparison, edits): &(Comparison, &'static [Edit])| {
+        let edits = edits.iter().copied().step_by(every);
+        edits.filter(|edit| is_undetected(*comparison, *edit)).collect::<Vec<_>>()
+    };
+    EDITS.iter().flat_map(of).collect()
 }
 
-/// An equivalent edit passes, and an edit of a missing text is refused.
+#[gpu_test]
+fn gpu_wrong_shaders_are_detected(gpu: &Gpu) {
+    assert_eq!(undetected(gpu, 12), []);
+}
+
+#[gpu_test(full)]
+fn gpu_every_wrong_shader_is_detected(gpu: &Gpu) {
+    assert_eq!(undetected(gpu, 1), []);
+}
+
+/// An edit of a missing text or file is refused.
 #[test]
 fn edits_are_made() {
-    let same_again = ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 16 - 1");
-    assert!(!is_detected(hashing::compare, same_again));
-    let edit = |module: &str, text: &str| catch_unwind(|| crate::testing::edited_library(module, text, "")).is_err();
-    assert!(
-        edit("indirect/radiance_cache/hashing", "MOST_LEVEL = 99") && edit("indirect/radiance_cache/nothing", "LIFT")
-    );
+    for (module, text) in [("indirect/radiance_cache/hashing", "MOST_LEVEL = 99"), ("indirect/nothing", "LIFT")] {
+        assert!(std::panic::catch_unwind(|| edited_library(module, text, "")).is_err(), "{module}");
+    }
 }

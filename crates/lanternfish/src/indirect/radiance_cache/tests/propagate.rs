@@ -26,29 +26,24 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             memory.set("cache_sweep", &[sweep]);
             bench.run(&mut memory, "propagate", "propagate", workgroups(SLOTS));
             propagate::sweep(&mut table, (&sweep, most));
-            same_tables(bench, &table_of(&memory, &table), &table)?;
+            same_tables(&table_of(&memory, &table), &table)?;
         }
         for sweep in bounces.steps_of_some(2) {
             memory.set("cache_sweep", &[sweep]);
             bench.run(&mut memory, "propagate", "propagate_scheduled", workgroups(list.len() as u32));
             propagate::sweep_scheduled(&mut table, &list, (&sweep, most));
-            same_tables(bench, &table_of(&memory, &table), &table)?;
+            same_tables(&table_of(&memory, &table), &table)?;
         }
         let copy = bounces.copy_after(&bounces.steps_of_some(1));
         memory.set("cache_sweep", &[copy]);
         bench.run(&mut memory, "propagate", "pack_scheduled", workgroups(list.len() as u32));
         propagate::pack(&mut table, list.iter().map(|entry| entry.of_slot() as usize), &copy);
-        same_tables(bench, &table_of(&memory, &table), &table)?;
+        same_tables(&table_of(&memory, &table), &table)?;
     }
     Ok(())
 }
 
-#[test]
-fn propagation_matches_the_reference() {
-    check(compare);
-}
-
-#[test]
-fn gpu_propagation_matches_the_reference() {
-    check_on_gpu("gpu_propagation_matches_the_reference", compare);
+#[gpu_test]
+fn gpu_propagation_matches_the_reference(gpu: &Gpu) {
+    check(gpu, compare);
 }

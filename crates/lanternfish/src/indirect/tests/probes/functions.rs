@@ -1,10 +1,7 @@
-//! Spherical harmonics, their kernels, and the rays of a probe, against integrals in double precision; in the interpreter, which needs no adapter.
+//! Spherical harmonics, their kernels, and the rays of a probe, against integrals in double precision.
 
 use glam::DVec3;
-use lanternfish_gpu::{
-    ShaderLibrary,
-    testing::{Memory, Order},
-};
+use lanternfish_gpu::{Gpu, ShaderLibrary, testing::Memory};
 
 use crate::{
     indirect::sampled::{PROBES, SampledParameters},
@@ -14,8 +11,11 @@ use crate::{
 
 use super::*;
 
+/// A device and the shaders that it runs.
+type On<'a> = (&'a Gpu, &'a ShaderLibrary);
+
 /// Runs an entry point of `testing/screen_probes`; `each`: vectors of a query and of its answer.
-fn evaluate(library: &ShaderLibrary, entry: &str, rays: u32, queries: &[Vec4], each: [usize; 2]) -> Vec<Vec4> {
+fn evaluate((gpu, library): On, entry: &str, rays: u32, queries: &[Vec4], each: [usize; 2]) -> Vec<Vec4> {
     let shader = library.link("testing/screen_probes", &[PROBES]).unwrap_or_else(|error| panic!("{error}"));
     let count = queries.len() / each[0];
     let mut memory = Memory::new();
@@ -23,7 +23,7 @@ fn evaluate(library: &ShaderLibrary, entry: &str, rays: u32, queries: &[Vec4], e
     memory.bind(&["answers"], &vec![Vec4::ZERO; count * each[1]]);
     memory.bind(&["sampled"], &[SampledParameters { diffuse_rays: rays, ..Default::default() }]);
     memory.bind(&["view"], &[View::default()]);
-    memory.interpret(&shader, entry, [count.div_ceil(64) as u32, 1, 1], Order::Forward);
+    memory.run_on(gpu, &shader, entry, [count.div_ceil(64) as u32, 1, 1]);
     memory.get("answers")
 }
 
@@ -76,7 +76,7 @@ fn integral(radiance: impl Fn(DVec3) -> DVec3, axis: DVec3, kernel: impl Fn(f64)
 const CLAMPED_COSINE: Vec3 = Vec3::new(1.0, 2.0 / 3.0, 0.25);
 
 /// Checks that the convolution of three smooth distributions of radiance with the clamped cosine is their irradiance over pi.
-fn irradiance_is_exact(library: &ShaderLibrary) -> Result<(), String> {
+fn irradiance_is_exact(on: On) -> Result<(), String> {
     let mut random = Random::new(2);
     let (mut queries, mut expected) = (Vec::new(), Vec::new());
     for _ in 0..24 {
@@ -87,7 +87,7 @@ fn irradiance_is_exact(library: &ShaderLibrary) -> Result<(), String> {
         queries.extend([axis.as_vec3().extend(0.0), CLAMPED_COSINE.extend(0.0)]);
         expected.push(integral(radiance, axis, |cosine| cosine.max(0.0) / std::f64::consts::PI));
     }
-    let answers = evaluate(library, "convolutions", 1, &queries, [11, 1]);
+    let answers = evaluate(on, "convolutions", 1, &queries, [11, 1]);
     let apart = answers.iter().zip(&expected).map(|(a, b)| (a.truncate().as_dvec3() - *b).abs().max_element());
     match apart.fold(0.0, f64::max) {
         // The step of the integral's directions.
@@ -96,24 +96,24 @@ fn irradiance_is_exact(library: &ShaderLibrary) -> Result<(), String> {
     }
 }
 
-#[test]
-fn harmonics_give_the_irradiance_of_smooth_radiance() {
-    irradiance_is_exact(&library()).unwrap();
+#[gpu_test]
+fn gpu_harmonics_give_the_irradiance_of_smooth_radiance(gpu: &Gpu) {
+    irradiance_is_exact((gpu, &library())).unwrap();
     let module = "indirect/sampled/probes/spherical_harmonics";
     for (text, by) in [("0.48860251 * d.y", "0.48 * d.y"), ("d.y * d.z", "d.x * d.z"), ("3.0 * d.z * d.z - 1.0", "d.z")]
     {
-        assert!(irradiance_is_exact(&edited_library(module, text, by)).is_err(), "blind to {by}");
+        assert!(irradiance_is_exact((gpu, &edited_library(module, text, by))).is_err(), "blind to {by}");
     }
 }
 
 /// Factors of the clamped cosine times the grazing fraction, for surfaces of every roughness, against a sum over cosines. Largest error, over the first factor.
-fn off_of_factors(library: &ShaderLibrary) -> f64 {
+fn off_of_factors(on: On) -> f64 {
     let steps = 256;
     let mut most: f64 = 0.0;
     for alpha in [1e-4f32, 0.01, 0.04, 0.2, 0.5, 1.0] {
         let cosine = |i: usize| (i as f32 + 0.5) / steps as f32;
         let queries: Vec<Vec4> = (0..steps).map(|i| Vec4::new(alpha, cosine(i), 0.0, 0.0)).collect();
-        let answers = evaluate(library, "factors", 1, &queries, [1, 1]);
+        let answers = evaluate(on, "factors", 1, &queries, [1, 1]);
         let mut sums = DVec3::ZERO;
         for (i, answer) in answers.iter().enumerate() {
             let c = f64::from(cosine(i));
@@ -126,23 +126,23 @@ fn off_of_factors(library: &ShaderLibrary) -> f64 {
     most
 }
 
-#[test]
-fn grazing_factors_are_integrals() {
-    let most = off_of_factors(&library());
+#[gpu_test]
+fn gpu_grazing_factors_are_integrals(gpu: &Gpu) {
+    let most = off_of_factors((gpu, &library()));
     assert!(most < 1e-3, "{most}");
     let module = "indirect/sampled/probes/interpolate";
     for (text, by) in [("1.5 * m2 - 0.5 * m0", "1.5 * m2"), ("3.0 * m1", "2.0 * m1"), ("(p + 3.0)", "(p + 4.0)")] {
-        assert!(off_of_factors(&edited_library(module, text, by)) > 0.01, "blind to {by}");
+        assert!(off_of_factors((gpu, &edited_library(module, text, by))) > 0.01, "blind to {by}");
     }
 }
 
 /// Largest errors of the fitted glossy lobe: of its total, of the angle between its axis and the lobe's mean direction, and of its factors.
-fn off_of_lobes(library: &ShaderLibrary) -> [f32; 4] {
+fn off_of_lobes(on: On) -> [f32; 4] {
     let views = [0.15f32, 0.4, 0.7, 0.95];
     let of_alpha = |alpha: f32| views.map(|n_dot_v| Vec4::new(alpha, n_dot_v, 0.0, 0.0));
     // Perceptual roughness of 0.6 to 1.
     let queries: Vec<Vec4> = [0.36, 0.5, 0.7, 1.0].into_iter().flat_map(of_alpha).collect();
-    let answers = evaluate(library, "lobes", 1, &queries, [1, 2]);
+    let answers = evaluate(on, "lobes", 1, &queries, [1, 2]);
     let mut most = [0.0f32; 4];
     for (query, answer) in queries.iter().zip(answers.chunks(2)) {
         let (fit, [total, x, z, second]) = (answer[0], answer[1].to_array());
@@ -155,24 +155,24 @@ fn off_of_lobes(library: &ShaderLibrary) -> [f32; 4] {
     most
 }
 
-#[test]
-fn glossy_lobes_of_rough_surfaces_are_integrals() {
-    let most = off_of_lobes(&library());
+#[gpu_test]
+fn gpu_glossy_lobes_of_rough_surfaces_are_integrals(gpu: &Gpu) {
+    let most = off_of_lobes((gpu, &library()));
     println!("off by {most:.3?}");
     let limits = [0.045, 0.04, 0.04, 0.06];
     assert!(most.iter().zip(limits).all(|(most, limit)| *most < limit), "{most:?}");
     let module = "indirect/sampled/probes/glossy_lobe";
     for (i, text, by) in [(0, "0.8312", "0.9"), (1, "0.7445", "0.9"), (2, "0.9501", "1.0"), (3, "0.8962", "1.0")] {
-        let most = off_of_lobes(&edited_library(module, text, by));
+        let most = off_of_lobes((gpu, &edited_library(module, text, by)));
         assert!(most[i] > limits[i], "blind to {by}: {most:?}");
     }
 }
 
 /// A ray of a probe: its direction's cosine to the normal; its weights as radiance and as irradiance over pi.
-fn rays(library: &ShaderLibrary, normal: Vec3, shift: [f32; 2], count: u32) -> Vec<(f64, [f64; 2])> {
+fn rays(on: On, normal: Vec3, shift: [f32; 2], count: u32) -> Vec<(f64, [f64; 2])> {
     let queries: Vec<Vec4> =
         (0..count).flat_map(|i| [normal.extend(i as f32), Vec4::new(shift[0], shift[1], 0.0, 0.0)]).collect();
-    let answers = evaluate(library, "rays", count, &queries, [2, 2]);
+    let answers = evaluate(on, "rays", count, &queries, [2, 2]);
     let of = |answer: &[Vec4]| {
         assert!((answer[0].truncate().length() - 1.0).abs() < 1e-5, "{answer:?}");
         (f64::from(answer[0].truncate().dot(normal)), [answer[1].x, answer[1].y].map(f64::from))
@@ -182,11 +182,11 @@ fn rays(library: &ShaderLibrary, normal: Vec3, shift: [f32; 2], count: u32) -> V
 
 /// Largest error of the rays' distribution and weights: of the number of rays below each cosine, of the weights to the density of that distribution, and of
 /// the light of a white hemisphere.
-fn off_of_rays(library: &ShaderLibrary) -> f64 {
+fn off_of_rays(on: On) -> f64 {
     let (count, uniform, pi) = (1024, 0.25, std::f64::consts::PI);
     let mut most: f64 = 0.0;
     for (normal, shift) in [(Vec3::Y, [0.1, 0.7]), (Vec3::new(-0.6, 0.0, -0.8), [0.9, 0.3])] {
-        let rays = rays(library, normal, shift, count);
+        let rays = rays(on, normal, shift, count);
         let of_all = |sum: f64| sum / f64::from(count);
         for cosine in [0.05, 0.2, 0.5, 0.8, 0.95] {
             let below = rays.iter().filter(|(own, _)| *own < cosine).count() as f64;
@@ -205,29 +205,29 @@ fn off_of_rays(library: &ShaderLibrary) -> f64 {
 }
 
 /// Rays leave in proportion to a mixture of the cosine and a constant; weights are over that density.
-#[test]
-fn rays_of_probes_follow_their_density() {
-    let most = off_of_rays(&library());
+#[gpu_test]
+fn gpu_rays_of_probes_follow_their_density(gpu: &Gpu) {
+    let most = off_of_rays((gpu, &library()));
     // The discrepancy of as many points.
     assert!(most < 5e-3, "{most}");
     let module = "indirect/sampled/probes/aim";
     for (text, by) in
         [("1.0 / density", "1.01 / density"), ("+ 4.0 * (1.0 - UNIFORM) * u)", "+ 3.8 * (1.0 - UNIFORM) * u)")]
     {
-        assert!(off_of_rays(&edited_library(module, text, by)) > 6e-3, "blind to {by}");
+        assert!(off_of_rays((gpu, &edited_library(module, text, by))) > 6e-3, "blind to {by}");
     }
 }
 
 /// Sums over rays are the harmonics of the hemisphere's radiance, its irradiance, and the mean nearness of what is there; also of radiance that is not smooth.
-#[test]
-fn sums_over_rays_are_harmonics_of_the_hemisphere() {
+#[gpu_test]
+fn gpu_sums_over_rays_are_harmonics_of_the_hemisphere(gpu: &Gpu) {
     let rays = 2048;
     let mut random = Random::new(5);
     let cases: Vec<[Vec3; 2]> = (0..6).map(|_| [random.direction(), random.direction()]).collect();
     let shift = |i: usize| Vec4::new(0.13 * i as f32, 0.37, 0.0, 0.0);
     let queries: Vec<Vec4> =
         (0..cases.len()).flat_map(|i| [cases[i][0].extend(0.0), shift(i), cases[i][1].extend(0.0)]).collect();
-    let answers = evaluate(&library(), "sums", rays, &queries, [3, 9]);
+    let answers = evaluate((gpu, &library()), "sums", rays, &queries, [3, 9]);
     for ([normal, axis], sums) in cases.iter().zip(answers.chunks(9)) {
         let (normal, axis) = (normal.as_dvec3(), axis.as_dvec3());
         let radiance = |d: DVec3| {

@@ -6,15 +6,15 @@ use bytemuck::Zeroable;
 use glam::{DQuat, DVec3, Mat4, Vec2Swizzles, Vec3, Vec4};
 use lanternfish::{rays::Structure, settings::Tracer, view::View};
 use lanternfish_gpu::{
-    ShaderLibrary,
+    Gpu, ShaderLibrary,
     bytemuck::{self, Pod},
-    testing::{Memory, Order},
+    testing::Memory,
 };
 
 use super::super::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
 use crate::{
     indirect::light_views::{LightView, LightViewSet, Source},
-    testing::{edited_library, library},
+    testing::{self, edited_library, library},
 };
 
 /// A photon's way: from a point light to a surface, scattered to a direction, and on to another surface.
@@ -101,7 +101,7 @@ fn bind<T: Pod>(memory: &mut Memory, name: &str, content: T) {
 }
 
 /// Largest relative errors of the squared size of footprints, and of irradiance, of all ways through these shaders.
-fn errors(library: &ShaderLibrary) -> [f64; 2] {
+fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     let ways = ways();
     let count = ways.len() as u32;
     let mut memory = Memory::new();
@@ -148,9 +148,9 @@ fn errors(library: &ShaderLibrary) -> [f64; 2] {
 
     let probe = "testing/photon_differentials";
     let probe = library.link(probe, &Tracer::BVH.features(&Structure::NONE, true)).unwrap_or_else(|e| panic!("{e}"));
-    memory.interpret(&probe, "emitted", [count, 1, 1], Order::Forward);
+    memory.run_on(gpu, &probe, "emitted", [count, 1, 1]);
     let scatter = library.link("indirect/photon_splatting/scatter", &[]).unwrap_or_else(|e| panic!("{e}"));
-    memory.interpret(&scatter, "scatter", [1, 1, 1], Order::Forward);
+    memory.run_on(gpu, &scatter, "scatter", [1, 1, 1]);
 
     // Points halfway to the edge of the ellipse whose conjugate half diameters are half of the differentials: a quarter, squared.
     let mut queries = Vec::new();
@@ -164,7 +164,7 @@ fn errors(library: &ShaderLibrary) -> [f64; 2] {
     }
     memory.set("queries", &queries);
     memory.set("answers", &vec![Vec4::ZERO; queries.len() / 2]);
-    memory.interpret(&probe, "placed", [queries.len() as u32 / 2, 1, 1], Order::Forward);
+    memory.run_on(gpu, &probe, "placed", [queries.len() as u32 / 2, 1, 1]);
     let mut worst = [0.0f64; 2];
     for (answers, way) in memory.get::<Vec4>("answers").chunks(7).zip(&ways) {
         let [u, v] = way.differences();
@@ -196,17 +196,17 @@ fn from_octahedral(bits: u32) -> DVec3 {
 
 /// The way from a point light to a surface, diffuse reflection, and the way to the next surface: the kernel's ellipse there is that of
 /// differences between neighbouring rays. Bounds: 32-bit floats; for irradiance also the 16 bits of the packed normal.
-#[test]
-fn footprints_are_the_differences_of_neighbouring_rays() {
-    let [size, irradiance] = errors(&library());
+#[gpu_test]
+fn gpu_footprints_are_the_differences_of_neighbouring_rays(gpu: &Gpu) {
+    let [size, irradiance] = errors(gpu, &library());
     println!("size {size:.5}, irradiance {irradiance:.5}");
     assert!(size < 1e-3 && irradiance < 1e-3, "size {size}, irradiance {irradiance}");
 }
 
 /// Every term of the differentials is seen by the test above. One is not among them: what a direction's differential has along the direction
 /// itself, each transfer to a surface removes.
-#[test]
-fn footprints_without_a_term_are_noticed() {
+#[gpu_test]
+fn gpu_footprints_without_a_term_are_noticed(gpu: &Gpu) {
     let edits = [
         ("emit", "2.0 / f32(seen_from.side)", "1.9 / f32(seen_from.side)"),
         ("differential", "scale * (step_v - d * dot(d, step_v))", "step_v - d * dot(d, step_v)"),
@@ -221,7 +221,7 @@ fn footprints_without_a_term_are_noticed() {
         ("kernel", "footprint.flux / (PI * sqrt(determinant))", "footprint.flux / sqrt(determinant)"),
     ];
     for (module, text, by) in edits {
-        let [size, irradiance] = errors(&edited_library(&format!("indirect/photon_splatting/{module}"), text, by));
+        let [size, irradiance] = errors(gpu, &edited_library(&format!("indirect/photon_splatting/{module}"), text, by));
         assert!(size > 0.02 || irradiance > 0.02, "{module}, {text}: size {size}, irradiance {irradiance}");
     }
 }
