@@ -1,16 +1,16 @@
 //! Scenes and images for tests of indirect light, and references by the path tracer.
 
-use glam::{UVec2, Vec3, Vec4};
-use lanternfish_gpu::{Gpu, testing};
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::Gpu;
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer as PathTracer,
     settings::{Integrator, LightChoice},
 };
 use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
 
-use super::{quad, scene_of};
+use super::{quad, scene_of, walks};
 use crate::{
-    Renderer, Settings,
+    RenderedImage, Settings,
     settings::{Attenuation, Tracer},
     techniques::{IndirectClamp, Sampled},
 };
@@ -38,6 +38,13 @@ pub fn settings(sampled: Sampled) -> Settings {
     Settings::direct_light().with_indirect(sampled).with_attenuation(Attenuation::Physical).with_range_threshold(1e-6)
 }
 
+/// An image and its report, of a new renderer.
+pub fn rendered(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> RenderedImage {
+    let mut renderer = walks::renderer(gpu, settings);
+    let uploaded = renderer.upload(scene).unwrap();
+    renderer.render(&uploaded, camera, size.into()).unwrap()
+}
+
 /// Radiance of an image, nits.
 pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
     image_of(gpu, SIZE, settings, scene, camera)
@@ -45,10 +52,7 @@ pub fn rendering(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) 
 
 /// Radiance of an image of another size, pixels, in nits.
 pub fn image_of(gpu: &Gpu, size: UVec2, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, camera, size.into()).unwrap();
-    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+    walks::pixels(&rendered(gpu, size, settings, scene, camera))
 }
 
 /// Mean of all channels.

@@ -23,7 +23,7 @@ use lanternfish_gpu::{
 use lanternfish_scene::{Bounds, Camera, Environment, Instance, Material, Mesh, Primitive, Projection, Scene};
 
 use crate::{
-    GpuScene,
+    GpuScene, RenderedImage,
     context::ViewContext,
     prepass::{Surface, ViewKey},
     settings::{Structure, Tracer},
@@ -31,8 +31,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 16] = [
-    ("testing/cell_table", include_str!("cell_table.wesl")),
+const PROBES: [ShaderSource; 15] = [
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/light_samples", include_str!("light_samples.wesl")),
     ("testing/light_tree", include_str!("light_tree.wesl")),
@@ -83,6 +82,11 @@ pub fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> Comp
 pub fn probe_of(library: &ShaderLibrary, gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
     let shader = library.link(module, features).unwrap_or_else(|error| panic!("{error}"));
     ComputeKernel::new(&gpu.device, &shader, entry, module)
+}
+
+/// A counter of an image's report; 0 where it has none of this name.
+pub fn counted(image: &RenderedImage, name: &str) -> u64 {
+    image.report.counters.iter().find(|(counter, _)| counter == name).map_or(0, |(_, count)| *count)
 }
 
 /// Runs a probe of `testing/functions` over its queries, `vectors` vec4f each.

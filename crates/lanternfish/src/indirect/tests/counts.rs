@@ -1,21 +1,16 @@
 //! Number of rays that are traced.
 
-use crate::techniques::{Bounces, HitLight};
-
-use super::{cached::over_frames, *};
+use super::*;
 
 /// Every pixel traces its rays; rays that leave the scene are no hits, and hits without light have no shadow rays.
 #[gpu_test]
 fn gpu_rays_are_counted(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(Tracer::BVH) };
     let counted = |scene: &Scene, camera: &Camera| {
-        let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
-        let uploaded = renderer.upload(scene).unwrap();
-        let report = renderer.render(&uploaded, camera, LARGE.into()).unwrap().report;
-        let count = |name: &str| report.counters.iter().find(|(counter, _)| counter == name).expect(name).1;
-        ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
+        let image = rendered(gpu, SIZE, settings(rays), scene, camera);
+        ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(|n| counted(&image, n))
     };
-    let pixels = u64::from(LARGE.x * LARGE.y);
+    let pixels = u64::from(SIZE.x * SIZE.y);
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let mut box_scene = closed_box(matt(0.5));
     assert_eq!(counted(&box_scene, &camera), [3 * pixels, 3 * pixels, 0, 0]);
@@ -54,8 +49,7 @@ fn gpu_rays_are_counted(gpu: &Gpu) {
 /// Some of the segments with a small contribution are traced, with a higher weight; occluded ones have weight 0.
 #[gpu_test]
 fn gpu_roulette_is_unbiased(gpu: &Gpu) {
-    let renderer =
-        Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::BVH))).unwrap();
+    let renderer = walks::renderer(gpu, settings(sampled(Tracer::BVH)));
     let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
     let mut random = Random::new(8);
     let mut queries = Vec::new();
@@ -94,11 +88,8 @@ fn gpu_first_frames_have_more_rays(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let rendered = |frames, hit_light, diffuse_rays, first_rays| {
         let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::BVH) };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
-        let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap();
-        let count = |name| rendering.report.counters.iter().find(|(counter, _)| counter == name).unwrap().1;
-        (["indirect/rays", "indirect/emitter_rays"].map(count), rendering.radiance)
+        let image = rendered(gpu, SIZE, over_frames(rays, frames), &scene, &scene.cameras[0]);
+        (["indirect/rays", "indirect/emitter_rays"].map(|name| counted(&image, name)), image.radiance)
     };
     let (rays, twice) = rendered(1, HitLight::Cached, 4, 2);
     let (as_many, same) = rendered(1, HitLight::Cached, 8, 1);
@@ -112,46 +103,33 @@ fn gpu_first_frames_have_more_rays(gpu: &Gpu) {
     }
 }
 
-/// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter. Entries that
-/// rays hit again and again get four, up to 128 in all: a few are left after 64 frames.
-#[gpu_test]
-fn gpu_entries_with_long_history_get_fewer_samples(gpu: &Gpu) {
-    let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
-    let sampled_at_last = |frames| {
-        let rays = Sampled { diffuse_rays: 32, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
-        let mut scene = closed_box(matt(0.5));
-        scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
-        let uploaded = renderer.upload(&scene).unwrap();
-        let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-        let counters = renderer.render(&uploaded, &camera, SIZE.into()).unwrap().report.counters;
-        let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
-        count("radiance_cache/samples") / count("radiance_cache/entries")
-    };
-    // After the first frame's 2 to 16 samples, all have 24 after 22 to 8 frames, and 32 after 16 more.
-    for (frames, fraction) in [(4, 1.0), (30, 0.5), (64, 0.3)] {
-        let samples = sampled_at_last(frames);
-        println!("frame {frames}: {samples} samples per entry");
-        assert!((samples / fraction - 1.0).abs() < 0.3, "frame {frames}: {samples} samples per entry");
-    }
+/// Samples per entry of the radiance cache.
+fn samples_per_entry(image: &RenderedImage) -> f64 {
+    counted(image, "radiance_cache/samples") as f64 / counted(image, "radiance_cache/entries") as f64
 }
 
-/// In a first frame, entries that many rays hit get more samples than others, up to the requested number.
+/// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter. Entries that
+/// rays hit again and again get four, up to 128 in all: a few are left after 64 frames. In a first frame, entries that many rays hit get more samples
+/// than others, up to the requested number.
 #[gpu_test]
-fn gpu_first_samples_follow_the_hits(gpu: &Gpu) {
-    let (hit_light, bounces) = (HitLight::Cached, Bounces::UpTo(1));
-    let mut scene = closed_box(matt(0.5));
-    scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+fn gpu_samples_of_entries_follow_hits_and_history(gpu: &Gpu) {
+    let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.5)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let samples_per_entry = |diffuse_rays, size: UVec2| {
-        let rays = Sampled { diffuse_rays, first_rays: 1, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(rays)).unwrap();
-        let uploaded = renderer.upload(&scene).unwrap();
-        let counters = renderer.render(&uploaded, &camera, size.into()).unwrap().report.counters;
-        let count = |name| counters.iter().find(|(counter, _)| counter == name).expect(name).1 as f64;
-        count("radiance_cache/samples") / count("radiance_cache/entries")
-    };
-    let [few, many] = [16, 256].map(|side| samples_per_entry(16, UVec2::splat(side)));
+    let cached = Sampled { glossy_rays: 0, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
+    let mut renderer = walks::renderer(gpu, settings(Sampled { diffuse_rays: 32, bounces: Bounces::All, ..cached }));
+    let uploaded = renderer.upload(&scene).unwrap();
+    // After the first frame's 2 to 16 samples, all have 24 after 22 to 8 frames, and 32 after 16 more.
+    let expected = [(4, 1.0), (30, 0.5), (64, 0.3)];
+    for frame in 1..=64 {
+        let image = renderer.refine(&uploaded, &[(&camera, SIZE.into())]).unwrap().remove(0);
+        let Some((_, fraction)) = expected.iter().find(|(at, _)| *at == frame) else { continue };
+        let samples = samples_per_entry(&image);
+        println!("frame {frame}: {samples} samples per entry");
+        assert!((samples / fraction - 1.0).abs() < 0.3, "frame {frame}: {samples} samples per entry");
+    }
+    let first = Sampled { diffuse_rays: 16, first_rays: 1, bounces: Bounces::UpTo(1), ..cached };
+    let of = |edge| samples_per_entry(&rendered(gpu, UVec2::splat(edge), settings(first), &scene, &camera));
+    let [few, many] = [16, 256].map(of);
     println!("{few} samples of an entry that few rays hit, {many} where many do");
     // Hardly any entry is hit twice.
     assert!((2.0..4.0).contains(&few), "{few}");

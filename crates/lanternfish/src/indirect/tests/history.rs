@@ -1,13 +1,7 @@
 //! Temporal accumulation of indirect light.
 
-use glam::Affine3A;
-
-use crate::{
-    settings::History,
-    techniques::{Bounces, HitLight},
-};
-
 use super::*;
+use crate::{settings::History, techniques::Probes};
 
 /// Few rays of both kinds, not filtered.
 fn few() -> Sampled {
@@ -18,34 +12,22 @@ fn with_history(history: History, sampled: Sampled) -> Settings {
     settings(sampled).with_history(history)
 }
 
-const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
-
-fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
-    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
-}
-
 /// The first image of a renderer, and a mean, are bit-identical with and without a history.
 #[gpu_test]
 fn gpu_first_frame_and_its_mean_have_no_history(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
-    let techniques = [
-        Indirect::from(usual),
-        Indirect::from(Sampled { hit_light: HitLight::Cached, ..usual }),
-        Indirect::from(Sampled { resolution: IndirectResolution::Half, ..usual }),
-    ];
-    for (accumulate, samples) in [(1, Samples::One), (3, Samples::One), (3, Samples::Four)] {
-        for technique in &techniques {
-            let of = |history| {
-                let settings = settings(usual)
-                    .with_accumulate(accumulate)
-                    .with_samples(samples)
-                    .with_history(history)
-                    .with_indirect(technique.clone());
-                rendering(gpu, settings, &scene, &camera)
-            };
-            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {technique:?}");
-        }
+    for (technique, accumulate, samples) in [
+        (Indirect::from(usual), 1, Samples::One),
+        (Indirect::from(usual), 2, Samples::Four),
+        (Indirect::from(Sampled { hit_light: HitLight::Cached, ..usual }), 2, Samples::One),
+        (Indirect::from(Sampled { resolution: IndirectResolution::Half, ..usual }), 2, Samples::One),
+    ] {
+        let of = |history| {
+            let settings = over_frames(usual, accumulate).with_samples(samples).with_history(history);
+            rendering(gpu, settings.with_indirect(technique.clone()), &scene, &camera)
+        };
+        assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {technique:?}");
     }
 }
 
@@ -56,15 +38,15 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
     let scene = cornell();
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
-    let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
+    let many = Sampled { diffuse_rays: 256, glossy_rays: 32, ..few() };
     let ground_truth = rendering(gpu, settings(many), &scene, &at(last));
     let direct = rendering(gpu, settings(many).with_indirect(Indirect::NONE), &scene, &at(last));
     let light = mean(&ground_truth) - mean(&direct);
     let walked = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
+        let mut renderer = walks::renderer(gpu, with_history(history, few()));
         let uploaded = renderer.upload(&scene).unwrap();
-        let mut renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.into()).unwrap());
-        pixels(&renderings.by_ref().last().unwrap())
+        let renderings = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.into()).unwrap());
+        pixels(&renderings.last().unwrap())
     };
     let [without, with] = [History::Off, History::On].map(walked);
     let [noise, kept] = [&without, &with].map(|rendering| off(rendering, &ground_truth));
@@ -73,7 +55,7 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
     assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
 
     let rested = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
+        let mut renderer = walks::renderer(gpu, with_history(history, few()));
         let uploaded = renderer.upload(&scene).unwrap();
         (0..last).for_each(|step| {
             renderer.refine(&uploaded, &[(&at(step), SIZE.into())]).unwrap();
@@ -83,8 +65,7 @@ fn gpu_accumulation_reduces_noise_of_a_moving_camera(gpu: &Gpu) {
         let fourth = (0..3).map(|_| refine()).last().unwrap();
         (first, fourth, (0..28).map(|_| refine()).last().unwrap())
     };
-    let mean_ground_truth =
-        rendering(gpu, settings(Sampled { diffuse_rays: 32, ..many }).with_accumulate(32), &scene, &at(last));
+    let mean_ground_truth = rendering(gpu, over_frames(Sampled { diffuse_rays: 32, ..many }, 32), &scene, &at(last));
     let [without, with] = [History::Off, History::On].map(rested);
     let errors = [&without.1, &with.1, &without.2, &with.2].map(|rendering| off(rendering, &mean_ground_truth));
     println!(
@@ -103,30 +84,26 @@ fn gpu_accumulation_follows_changing_light(gpu: &Gpu) {
     let lit = cornell();
     let with_lamp =
         |intensity: Vec3| Scene { lights: vec![Light::point(Vec3::new(0.0, 1.2, 0.5), intensity)], ..lit.clone() };
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, few())).unwrap();
+    let mut renderer = walks::renderer(gpu, with_history(History::On, few()));
     let mut uploaded = renderer.upload(&lit).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
         pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap())
     };
-    (0..12).for_each(|_| {
-        render(&mut renderer, &uploaded);
-    });
+    (0..12).for_each(|_| _ = render(&mut renderer, &uploaded));
     let dim = with_lamp(Vec3::new(0.5, 0.5, 1.0));
     renderer.update(&mut uploaded, &dim).unwrap();
-    let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
+    let ground_truth = rendering(gpu, settings(Sampled { diffuse_rays: 256, ..few() }), &dim, &camera);
     let alone = off(&rendering(gpu, settings(few()), &dim, &camera), &ground_truth);
     let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &ground_truth)).collect();
     println!("off by {:.3?}; a frame alone by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
     // Red after blue: no blue light remains.
     renderer.update(&mut uploaded, &with_lamp(Vec3::new(2.0, 0.0, 0.0))).unwrap();
-    let red: Vec<f64> = (0..8)
-        .map(|_| render(&mut renderer, &uploaded))
-        .map(|pixels| {
-            let sum: Vec3 = pixels.iter().sum();
-            f64::from(sum.z / sum.x)
-        })
-        .collect();
+    let blue_over_red = |pixels: Vec<Vec3>| {
+        let sum: Vec3 = pixels.iter().sum();
+        f64::from(sum.z / sum.x)
+    };
+    let red: Vec<f64> = (0..8).map(|_| blue_over_red(render(&mut renderer, &uploaded))).collect();
     println!("blue over red {red:.4?}");
     assert!(red[0] < 0.1 && red[7] < 0.02, "{red:?}");
     renderer.update(&mut uploaded, &with_lamp(Vec3::ZERO)).unwrap();
@@ -145,27 +122,29 @@ fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
     let dark = Scene { lights: vec![dim.clone()], ..cornell() };
     let lit = Scene { lights: vec![dim, bright], ..cornell() };
     // The history is clamped to a quarter of a standard deviation, which is about the mean, and is four fifths of the first frame.
-    let ways = [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
-    for (hit_light, bounces) in ways {
-        let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few() };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(History::On, rays)).unwrap();
+    let rays = Sampled { diffuse_rays: 8, filter_radius: 4, ..few() };
+    let cached = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..rays };
+    let probes = Probes { per_pixel: cached, ..Probes::default() };
+    for (name, indirect) in
+        [("shaded", Indirect::from(rays)), ("cached", Indirect::from(cached)), ("probes", Indirect::from(probes))]
+    {
+        let settings = settings(rays).with_indirect(indirect);
+        let mut renderer = walks::renderer(gpu, settings.clone().with_history(History::On));
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
             mean(&pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap()))
         };
-        (0..16).for_each(|_| {
-            render(&mut renderer, &uploaded);
-        });
+        (0..16).for_each(|_| _ = render(&mut renderer, &uploaded));
         let mut after = |scene: &Scene| {
-            let again = settings(rays).with_accumulate(16);
-            let direct = mean(&rendering(gpu, settings(rays).with_indirect(Indirect::NONE), scene, &camera));
-            let expected = mean(&rendering(gpu, again, scene, &camera)) - direct;
+            let of = |settings| mean(&rendering(gpu, settings, scene, &camera));
+            let direct = of(settings.clone().with_indirect(Indirect::NONE));
+            let expected = of(settings.clone().with_accumulate(16)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
             let actual: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
             [0, 3, 15].map(|k: usize| actual[k])
         };
         let [left, come] = [&dark, &lit].map(&mut after);
-        println!("{hit_light}, {bounces}: of the light after 1, 4, 16 frames {left:.3?}, of the lamp's own {come:.3?}");
+        println!("{name}: of the light after 1, 4, 16 frames {left:.3?}, of the lamp's own {come:.3?}");
         assert!(left.iter().zip([1.2, 1.05, 1.05]).all(|(left, most)| (0.9..most).contains(left)), "{left:?}");
         assert!(come.iter().zip([0.8, 0.9, 0.95]).all(|(come, least)| (least..1.1).contains(come)), "{come:?}");
     }
@@ -185,13 +164,13 @@ fn gpu_moving_surfaces_keep_their_history_without_ghosts(gpu: &Gpu) {
     let camera = looking([0.0, 3.0, 0.5], [0.0, 0.0, 0.0]);
     let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
     scene.instances[1].world_from_object = card(11);
-    let many = Sampled { diffuse_rays: 512, ..few() };
+    let many = Sampled { diffuse_rays: 128, ..few() };
     let ground_truth = image_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = card(10);
     let before = image_of(gpu, LARGE, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), with_history(history, few())).unwrap();
+        let mut renderer = walks::renderer(gpu, with_history(history, few()));
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();

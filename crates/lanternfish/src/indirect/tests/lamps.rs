@@ -2,8 +2,7 @@
 
 use lanternfish_scene::LightKind;
 
-use super::{cached::over_frames, *};
-use crate::techniques::HitLight;
+use super::*;
 
 /// A lamp above a matt floor, under a mirror ceiling that shows the outgoing radiance of the floor's entries.
 fn under_a_mirror(lamp: Light) -> Scene {
@@ -94,7 +93,7 @@ fn gpu_few_samples_cover_many_lamps(gpu: &Gpu) {
             (0..LARGE.y / 9).flat_map(|y| (0..LARGE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
         blocks.collect::<Vec<_>>()
     };
-    let ground_truth = of(HitLight::Shaded, 1, 64);
+    let ground_truth = of(HitLight::Shaded, 1, 16);
     let [few, fewer] = [16, 4].map(|samples| off(&of(HitLight::Cached, samples, 1), &ground_truth));
     println!("16 samples are off by {few:.4}, 4 by {fewer:.4}");
     assert!(few < MOST && fewer > MOST, "{few}, {fewer}");

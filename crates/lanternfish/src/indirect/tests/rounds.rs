@@ -8,8 +8,7 @@ use lanternfish_gpu::{Bindings, uniform_buffer_of};
 use super::*;
 use crate::{
     indirect::sampled::{MOST_SAMPLES_IN_TESTS, SampledParameters, sample_order},
-    techniques::HitLight,
-    testing::{Random, evaluate_module, evaluate_points},
+    testing::evaluate_points,
     view::View,
 };
 
@@ -17,7 +16,7 @@ use crate::{
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_SAMPLES_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
-    image_of(gpu, LARGE, settings(rays).with_accumulate(2), &scene, &scene.cameras[0])
+    image_of(gpu, LARGE, over_frames(rays, 2), &scene, &scene.cameras[0])
 }
 
 /// The image does not depend on how many sample indices are traced together.
@@ -46,17 +45,21 @@ fn gpu_cached_light_does_not_depend_on_batch_size(gpu: &Gpu) {
     assert!(off(&fewer, &all) > 0.06, "{}", off(&fewer, &all));
 }
 
+/// Answers of a probe for every invocation of these workgroups.
+fn of_invocations(gpu: &Gpu, entry: &str, [width, height, _]: [u32; 3]) -> Vec<Vec4> {
+    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
+    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
+    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
+    let about = Bindings::new().buffer("sample_order", &order);
+    evaluate_points(gpu, entry, &about, &invocations.map(query).collect::<Vec<_>>(), 1)
+}
+
 /// The order covers every pixel of an image once, block by block, and successive pixels have similar shifts: the order of the host matches the shifts of
 /// the shaders.
 #[gpu_test]
 fn gpu_pixel_order_covers_the_image_coherently(gpu: &Gpu) {
-    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
     let size = UVec2::new(90, 40);
-    let [width, height, _] = sample_order::workgroups(size);
-    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
-    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
-    let about = Bindings::new().buffer("sample_order", &order);
-    let pixels = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let pixels = of_invocations(gpu, "ordered_pixels", sample_order::workgroups(size));
     let seen: HashSet<_> = pixels.iter().map(|pixel| (pixel.x as u32, pixel.y as u32)).collect();
     assert_eq!(seen.len(), (96 * 64) as usize);
     assert!((0..size.y).all(|y| (0..size.x).all(|x| seen.contains(&(x, y)))), "a pixel is left out");
@@ -71,49 +74,10 @@ fn gpu_pixel_order_covers_the_image_coherently(gpu: &Gpu) {
     let steps = pixels.windows(2).map(|pair| 0.5 * (apart(pair[0].z, pair[1].z) + apart(pair[0].w, pair[1].w)));
     let mean = steps.sum::<f32>() / pixels.len() as f32;
     assert!(mean < 0.05, "{mean}");
-}
 
-/// Each pixel has a unique index for the data of its rays, and the index identifies the pixel.
-#[gpu_test]
-fn gpu_every_pixel_has_a_unique_index(gpu: &Gpu) {
-    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
-    let about = Bindings::new().buffer("sample_order", &order);
-    let size = UVec2::new(90, 40);
-    let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
-    let queries: Vec<_> = pixels.map(|pixel| pixel.extend(size.x).extend(size.y).as_vec4()).collect();
-    let answers = evaluate_points(gpu, "places_of_pixels", &about, &queries, 1);
-    let count = sample_order::place_count(size);
-    let places: HashSet<_> = answers.iter().map(|answer| answer.x as u32).collect();
-    assert_eq!(places.len(), queries.len());
-    assert!(places.iter().all(|place| *place < count));
-    for (query, answer) in queries.iter().zip(&answers) {
-        assert_eq!((answer.yz(), answer.w), (query.xy(), count as f32));
-    }
-
-    // Invocations of a pass by rows of blocks follow the index in order.
-    let [width, height, _] = sample_order::workgroups_in_rows(size);
-    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
-    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
-    let answers = evaluate_points(gpu, "places_in_rows", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
-    assert_eq!(answers.len(), count as usize);
-    for (i, answer) in answers.iter().enumerate() {
-        assert_eq!((answer.z, answer.w), (i as f32, i as f32));
-        let is_seen = answer.xy().cmplt(size.as_vec2()).all();
-        assert_eq!(is_seen, places.contains(&(i as u32)));
-    }
-}
-
-/// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box of the corresponding area of the
-/// unit square. Squares of 32 pixels differ by a constant.
-#[gpu_test]
-fn gpu_shifts_of_a_square_of_pixels_are_a_net(gpu: &Gpu) {
-    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
-    let [width, height, _] = sample_order::workgroups(UVec2::splat(64));
-    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
-    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
-    let about = Bindings::new().buffer("sample_order", &order);
-    let actual = evaluate_points(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
-    let shifts: HashMap<_, _> = actual.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
+    // Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box of the corresponding area of
+    // the unit square. Squares of 32 pixels differ by a constant.
+    let shifts: HashMap<_, _> = pixels.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
     let first: Vec<(UVec2, Vec2)> =
         shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.max_element() < 32).collect();
     for k in 1..=5 {
@@ -134,6 +98,33 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net(gpu: &Gpu) {
     let differ = |a: Vec2, b: Vec2| (a - b).abs().min(1.0 - (a - b).abs()).min_element() > 0.05;
     assert!(moved.iter().all(|a| differ(*a, Vec2::ZERO)), "{moved:?}");
     assert!(differ(moved[0], moved[1]) && differ(moved[0], moved[2]) && differ(moved[1], moved[2]), "{moved:?}");
+}
+
+/// Each pixel has a unique index for the data of its rays, and the index identifies the pixel.
+#[gpu_test]
+fn gpu_every_pixel_has_a_unique_index(gpu: &Gpu) {
+    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
+    let about = Bindings::new().buffer("sample_order", &order);
+    let size = UVec2::new(90, 40);
+    let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
+    let queries: Vec<_> = pixels.map(|pixel| pixel.extend(size.x).extend(size.y).as_vec4()).collect();
+    let answers = evaluate_points(gpu, "places_of_pixels", &about, &queries, 1);
+    let count = sample_order::place_count(size);
+    let places: HashSet<_> = answers.iter().map(|answer| answer.x as u32).collect();
+    assert_eq!(places.len(), queries.len());
+    assert!(places.iter().all(|place| *place < count));
+    for (query, answer) in queries.iter().zip(&answers) {
+        assert_eq!((answer.yz(), answer.w), (query.xy(), count as f32));
+    }
+
+    // Invocations of a pass by rows of blocks follow the index in order.
+    let answers = of_invocations(gpu, "places_in_rows", sample_order::workgroups_in_rows(size));
+    assert_eq!(answers.len(), count as usize);
+    for (i, answer) in answers.iter().enumerate() {
+        assert_eq!((answer.z, answer.w), (i as f32, i as f32));
+        let is_seen = answer.xy().cmplt(size.as_vec2()).all();
+        assert_eq!(is_seen, places.contains(&(i as u32)));
+    }
 }
 
 /// Without glossy rays, the weight of a ray does not depend on its direction.

@@ -20,7 +20,7 @@ fn gpu_light_leaks_are_small(gpu: &Gpu) {
     scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
     assert_eq!(scene.meshes[0].primitives.len(), 5);
     let actual = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
-    let ground_truth = traced(&scene, &camera, 3, 192);
+    let ground_truth = traced(&scene, &camera, 3, 64);
     let inside = mean(&actual) * std::f64::consts::PI / 0.5;
     println!("{inside:.2} lx without a roof, energy {:.3}", mean(&actual) / mean(&ground_truth));
     assert!(
@@ -56,12 +56,4 @@ fn gpu_ray_query_hits_the_triangles_of_the_bvh(gpu: &Gpu) {
         println!("{name}: apart by {apart:.5} of the mean");
         assert!(apart < 0.005 && mean(&bvh) > 0.0, "{name}: {apart}");
     }
-}
-
-#[gpu_test]
-fn gpu_runs_are_bit_identical(gpu: &Gpu) {
-    let scene = demo("cornell").unwrap();
-    let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default().one_bounce() });
-    let [a, b] = [0, 1].map(|_| rendering(gpu, settings.clone(), &scene, &scene.cameras[0]));
-    assert!(a == b);
 }

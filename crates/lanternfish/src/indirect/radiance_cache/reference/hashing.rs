@@ -92,3 +92,14 @@ pub(in super::super) fn to_middle(
     let way = (voxel + 0.5) * edge - p_world;
     way - way.dot(normal) * normal
 }
+
+/// Voxel edges double at `near`, and at each doubling of that.
+#[test]
+fn levels_follow_the_distance() {
+    for i in -40..400 {
+        // No power of two, at whose border either level is right.
+        let exponent = (i as f32 + 0.5) / 20.0;
+        let expected = (exponent.floor() as i32 + 1).clamp(0, LEVELS - 1);
+        assert_eq!(level(3.0 * exponent.exp2() * Vec3::Y, Vec3::ZERO, 3.0), expected, "{exponent}");
+    }
+}

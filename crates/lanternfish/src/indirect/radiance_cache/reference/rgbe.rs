@@ -23,3 +23,18 @@ pub(in super::super) fn unpack(bits: u32) -> Vec3 {
     let [r, g, b, exponent] = bits.to_le_bytes();
     Vec3::new(r.into(), g.into(), b.into()) * power(u32::from(exponent).max(EXPONENTS[0]) - 7)
 }
+
+/// The error of each channel is within 0.4 % of the largest one, over the complete range, and its mean is zero; black is not "no samples".
+#[test]
+fn packed_radiance_is_close() {
+    let mut random = crate::testing::Random::new(9);
+    let mut sum = 0.0;
+    for _ in 0..4000 {
+        let radiance = (random.unit() * 200.0 - 100.0).exp2() * 0.5 * (random.point() + 1.0);
+        let (off, most) = (unpack(pack(radiance)) - radiance, radiance.max_element());
+        assert!(off.abs().max_element() <= 0.004 * most, "{radiance}: off by {off}");
+        sum += off.element_sum() / most;
+    }
+    assert!((sum / 4000.0).abs() < 2e-4, "{sum}");
+    assert!([Vec3::ZERO, Vec3::splat(1e-44), Vec3::splat(3e38)].iter().all(|radiance| pack(*radiance) != 0));
+}

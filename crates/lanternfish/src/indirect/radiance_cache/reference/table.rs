@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use glam::UVec4;
+
 use super::{Entry, Table};
-use crate::indirect::radiance_cache::RadianceCacheParameters;
+use crate::{common::random::random_words, indirect::radiance_cache::RadianceCacheParameters};
 
 const BUCKET: u32 = 4;
 const PROBES: u32 = 16;
@@ -77,4 +79,14 @@ impl Table {
         }
         (new, moved)
     }
+}
+
+/// Three quarters of the slots can be filled without losing an entry; not all of them.
+#[test]
+fn tables_hold_three_quarters_of_their_slots() {
+    let words = |i| random_words(UVec4::new(i, 0, 0, 0));
+    let entry = |i| Entry { key: words(i).x.max(1), hash: words(i).y };
+    let mut table = Table::new(4096, 1, 0);
+    assert!((0..3072).all(|i| table.insert(entry(i)).is_some()));
+    assert!(!(3072..4160).all(|i| table.insert(entry(i)).is_some()));
 }

@@ -141,3 +141,9 @@ pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], 
         }
     }
 }
+
+#[test]
+fn priorities_of_successive_candidates_are_in_random_order() {
+    let rising = (0..1024).filter(|i| priority(*i, 12_345) < priority(*i + 1, 12_345)).count();
+    assert!((450..=575).contains(&rising), "{rising}");
+}

@@ -4,8 +4,8 @@ use super::*;
 
 /// Mean indirect light over that of paths of any length.
 fn energy_of(gpu: &Gpu, indirect: impl Into<Indirect>, scene: &Scene, camera: &Camera, ground_truth: f64) -> f64 {
-    let direct = mean(&image_of(gpu, LARGE, with(Indirect::NONE, History::Off), scene, camera));
-    (mean(&rested(gpu, indirect, scene, camera, LARGE, 6..9)) - direct) / ground_truth
+    let direct = mean(&rendering(gpu, with(Indirect::NONE, History::Off), scene, camera));
+    (mean(&rested(gpu, indirect, scene, camera, SIZE, 3..9)) - direct) / ground_truth
 }
 
 /// Mean indirect light of paths of any length, nits. With emissive triangles, shading adds their emission alone.
@@ -40,7 +40,6 @@ fn gpu_emission_is_counted_once_by_probes_and_pixels(gpu: &Gpu) {
     let dielectric = Material { specular: 0.5, perceptual_roughness: 0.5, ..matt(0.5) };
     // Large lamps are hit by rays, small ones are found by sampling them.
     let cases = [
-        ("matt", matt(0.5), 0.4),
         ("matt", matt(0.5), 0.1),
         ("dielectric", dielectric, 0.4),
         ("rough metal", metal(0.7), 0.4),
@@ -63,7 +62,7 @@ fn gpu_emission_is_counted_once_by_probes_and_pixels(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_metals_have_the_energy_of_paths(gpu: &Gpu) {
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.4]);
-    for perceptual_roughness in [0.2, 0.6, 0.8, 1.0] {
+    for perceptual_roughness in [0.2, 0.6, 1.0] {
         let mut scene = closed_box(matt(0.6));
         scene.materials.push(Material { metallic: 1.0, perceptual_roughness, ..matt(0.8) });
         scene.meshes[0].primitives[2].material = 1;

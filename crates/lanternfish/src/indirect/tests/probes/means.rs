@@ -5,11 +5,9 @@ use lanternfish_scene::AlphaMode;
 use super::*;
 
 /// The last frame of a mean, and the mean image.
-fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &Scene) -> crate::RenderedImage {
+fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &Scene) -> RenderedImage {
     let settings = with(indirect, History::Off).with_accumulate(accumulate);
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let uploaded = renderer.upload(scene).unwrap();
-    renderer.render(&uploaded, &looking(CAMERA.0, CAMERA.1), SIZE.into()).unwrap()
+    rendered(gpu, SIZE, settings, scene, &looking(CAMERA.0, CAMERA.1))
 }
 
 /// The first frame of a mean has rays from probes, about one per pixel; all others have the rays of `sampled`, whose image the mean approaches.

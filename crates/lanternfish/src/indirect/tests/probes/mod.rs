@@ -8,12 +8,7 @@ mod overflow;
 mod sizes;
 
 use super::*;
-use crate::{
-    settings::History,
-    techniques::{Bounces, Probes},
-};
-
-const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
+use crate::{settings::History, techniques::Probes};
 
 /// The default probes, through the BVH.
 fn probes() -> Probes {
@@ -39,15 +34,6 @@ fn with(indirect: impl Into<Indirect>, history: History) -> Settings {
     settings(Sampled::default()).with_indirect(indirect).with_history(history)
 }
 
-fn pixels(rendering: &crate::RenderedImage) -> Vec<Vec3> {
-    rendering.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
-}
-
-/// A counter of an image's report.
-fn counted(rendering: &crate::RenderedImage, name: &str) -> u64 {
-    rendering.report.counters.iter().find(|(counter, _)| counter == name).unwrap().1
-}
-
 /// Small cards at many depths, which need many further probes, in a box with a lamp.
 fn clutter(cards: usize, half: f32) -> Scene {
     let mut scene = closed_box(matt(0.6));
@@ -69,7 +55,7 @@ fn rested(
     size: UVec2,
     frames: std::ops::Range<usize>,
 ) -> Vec<Vec3> {
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), with(indirect, History::On)).unwrap();
+    let mut renderer = walks::renderer(gpu, with(indirect, History::On));
     let uploaded = renderer.upload(scene).unwrap();
     let mut sum = vec![Vec3::ZERO; (size.x * size.y) as usize];
     for frame in 0..frames.end {

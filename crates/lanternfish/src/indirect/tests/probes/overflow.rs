@@ -11,7 +11,7 @@ const VIEW: ([f32; 3], [f32; 3]) = ([0.0, 0.0, 0.98], [0.1, 0.1, -1.0]);
 /// Images of two frames, of a renderer of its own, with this first capacity.
 fn frames(gpu: &Gpu, scene: &Scene, history: History, first: Option<u64>) -> Vec<Vec<[f32; 4]>> {
     FIRST_FURTHER_IN_TESTS.set(first);
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), with(probes_of(4, 8), history)).unwrap();
+    let mut renderer = walks::renderer(gpu, with(probes_of(4, 8), history));
     let uploaded = renderer.upload(scene).unwrap();
     let camera = looking(VIEW.0, VIEW.1);
     let images = (0..2).map(|_| renderer.render(&uploaded, &camera, SIZE.into()).unwrap().radiance).collect();
@@ -41,8 +41,8 @@ fn gpu_images_of_probes_are_reproducible_whatever_the_capacity(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     // More than 4,096 further probes, the least capacity with deferred readback.
-    let (size, camera) = ([400, 260], looking(VIEW.0, VIEW.1));
-    let scene = clutter(8000, 0.01);
+    let (size, camera) = ([240, 160], looking(VIEW.0, VIEW.1));
+    let scene = clutter(3000, 0.01);
     let rays = probes_of(4, 4);
     let (engine, settings) = (testing::engine(gpu), with(rays, History::Off));
     let mut waiting = Renderer::with_engine(&engine, settings.clone()).unwrap();
