@@ -5,9 +5,7 @@ use lanternfish_gpu::testing;
 use crate::{
     settings::Culling,
     techniques::{Assignment, ClusterShape, ClusterTest, Clustered, TileSize, Tiled},
-    testing::culling::{
-        Case, SIZE, check_counted_sets, check_loses_no_light, check_sees_a_tenth_of_range_missing, listed,
-    },
+    testing::culling::{Case, SIZE, check_culling, listed},
 };
 
 fn tiled() -> Vec<Case> {
@@ -32,23 +30,9 @@ fn clustered() -> Vec<Case> {
     shapes.into_iter().flat_map(of).collect()
 }
 
-fn all() -> Vec<Case> {
-    tiled().into_iter().chain(clustered()).collect()
-}
-
 #[gpu_test]
 fn gpu_culling_loses_no_light(gpu: &Gpu) {
-    check_loses_no_light(gpu, &all());
-}
-
-#[gpu_test]
-fn gpu_the_culling_test_sees_a_tenth_of_range_missing(gpu: &Gpu) {
-    check_sees_a_tenth_of_range_missing(gpu, &all());
-}
-
-#[gpu_test]
-fn gpu_lights_beyond_the_devices_count_are_in_no_list(gpu: &Gpu) {
-    check_counted_sets(gpu, &[all(), vec![(Culling::NONE, Some(1))]].concat());
+    check_culling(gpu, &tiled().into_iter().chain(clustered()).collect::<Vec<_>>());
 }
 
 /// Smaller tiles and the box test give shorter lists.

@@ -7,7 +7,7 @@ use crate::{
     RasterGrid,
     testing::{
         self,
-        culling::{Case, SIZE, check_counted_sets, check_loses_no_light, check_sees_a_tenth_of_range_missing, listed},
+        culling::{Case, SIZE, check_culling, listed},
     },
 };
 
@@ -23,9 +23,7 @@ fn grids() -> Vec<Case> {
 
 #[gpu_test]
 fn gpu_a_raster_grid_loses_no_light(gpu: &Gpu) {
-    check_loses_no_light(gpu, &grids());
-    check_sees_a_tenth_of_range_missing(gpu, &grids());
-    check_counted_sets(gpu, &grids());
+    check_culling(gpu, &grids());
 }
 
 /// Layers reduce the number of listed lights; a single layer equals tiled culling.

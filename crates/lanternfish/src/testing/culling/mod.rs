@@ -16,7 +16,6 @@ use proptest::{
 };
 
 use self::cases::{camera, light, scattered, special};
-pub use self::counted::check_counted_sets;
 use crate::{
     Renderer, Settings,
     light_culling::{
@@ -53,6 +52,17 @@ struct Compiled {
     pixels: ComputeKernel,
 }
 
+impl Compiled {
+    fn new(gpu: &Gpu, (settings, cells): &Case) -> Self {
+        Self {
+            settings: settings.clone(),
+            cells: *cells,
+            passes: LightCulling::new(&gpu.device, settings, Samples::One).unwrap(),
+            pixels: probe(gpu, "testing/pixels", &[LightCulling::feature(settings)], "pixels"),
+        }
+    }
+}
+
 /// The lists of one technique for one view.
 struct Lists {
     settings: Culling,
@@ -64,19 +74,13 @@ struct Lists {
 
 impl<'g> Bench<'g> {
     fn new(gpu: &'g Gpu, cases: &[Case]) -> Self {
-        let compiled = |(settings, cells): &Case| Compiled {
-            settings: settings.clone(),
-            cells: *cells,
-            passes: LightCulling::new(&gpu.device, settings, Samples::One).unwrap(),
-            pixels: probe(gpu, "testing/pixels", &[LightCulling::feature(settings)], "pixels"),
-        };
         let settings = Settings::direct_light().with_shadows(Shadows::None);
         Self {
             gpu,
             renderer: Renderer::with_engine(&testing::engine(gpu), settings).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
-            techniques: cases.iter().map(compiled).collect(),
+            techniques: cases.iter().map(|case| Compiled::new(gpu, case)).collect(),
         }
     }
 
@@ -228,79 +232,90 @@ fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
     (0..SIZE.x * SIZE.y).map(depth).collect()
 }
 
-/// Panics if a technique misses a light, with random lights and cameras.
-pub fn check_loses_no_light(gpu: &Gpu, cases: &[Case]) {
-    let bench = RefCell::new(Bench::new(gpu, cases));
-    let scenes = [lanternfish_scene::generate::demo("cornell").unwrap(), scattered()];
-    let pairs = RefCell::new(0);
-    let config = ProptestConfig { cases: 24, failure_persistence: None, max_shrink_iters: 64, ..Default::default() };
-    let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
-    let strategy = (prop::collection::vec(light(), 1..48), camera(), 0usize..2);
-    let outcome = runner.run(&strategy, |(mut lights, camera, which)| {
-        lights.extend(special(&camera));
-        let scene = Scene { lights, ..scenes[which].clone() };
-        // The planes of the view's fitted projection, to reconstruct positions.
-        let projection = tightened(&camera, &scene.bounds());
-        let camera = Camera { projection, ..camera };
-        for reach in [Reach::Surface, Reach::Anywhere] {
-            let free = (reach == Reach::Anywhere).then(|| free_depths(&camera, &mut Random::new(which as u64)));
-            let lists = bench.borrow_mut().lists(&scene, &camera, free.as_deref());
-            let points = points(&camera, &lists[0]);
-            for list in &lists {
-                let (total, lost) = lost(&scene.lights, &points, list);
-                prop_assert_eq!(lost, 0, "of {} pairs, {:?}, {:?}", total, list.settings, reach);
-                *pairs.borrow_mut() += total;
-            }
-            // The box test only removes lights.
-            let tiled: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Tiled>()).collect();
-            for pair in tiled.chunks_exact(2) {
-                let [without, with] = pair else { unreachable!("two a tile size") };
-                let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
-                prop_assert!(!added, "{:?}", with.settings);
-            }
-            // The tree lists no light that the plane tests do not list; for boxes the lists are equal.
-            let clustered: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Clustered>()).collect();
-            for pair in clustered.chunks_exact(2) {
-                let [brute, tree] = pair else { unreachable!("two a shape") };
-                let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
-                prop_assert!(!added, "{:?}", tree.settings);
-                let shape = tree.settings.get::<Clustered>().map(|clustered| clustered.shape);
-                if matches!(shape, Some(ClusterShape::Orthographic { .. })) {
-                    prop_assert_eq!(&tree.listed, &brute.listed);
-                }
-            }
-        }
-        Ok(())
-    });
-    outcome.unwrap_or_else(|error| panic!("{error}"));
-    println!("{} pairs of a point and a light in reach", pairs.borrow());
-    assert!(*pairs.borrow() > 1_000_000, "the cases cover too little: {} pairs", pairs.borrow());
+/// Panics if a technique misses a light or lists one beyond the device's count, or if the checks do not detect shorter ranges.
+pub fn check_culling(gpu: &Gpu, cases: &[Case]) {
+    let mut bench = Bench::new(gpu, cases);
+    bench.sees_a_tenth_of_range_missing();
+    let mut bench = bench.loses_no_light();
+    bench.techniques.push(Compiled::new(gpu, &(Culling::NONE, Some(1))));
+    bench.lists_no_light_beyond_the_count();
 }
 
-/// Panics if the checks do not detect ranges that are 10 % too short.
-pub fn check_sees_a_tenth_of_range_missing(gpu: &Gpu, cases: &[Case]) {
-    let mut bench = Bench::new(gpu, cases);
-    let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
-    let camera = scene.cameras[0].clone();
-    let mut random = Random::new(3);
-    scene.lights = (0..40)
-        .map(|_| {
-            let position = Vec3::Y + random.point();
-            Light { range: Some(random.between(0.2, 1.0)), ..Light::point(position, Vec3::ONE) }
-        })
-        .collect();
-    let shorter = scene.lights.iter().map(|light| Light { range: light.range.map(|r| 0.9 * r), ..light.clone() });
-    let shorter = Scene { lights: shorter.collect(), ..scene.clone() };
-
-    let complete = bench.lists(&scene, &camera, None);
-    let points = points(&camera, &complete[0]);
-    for list in &complete {
-        assert_eq!(lost(&scene.lights, &points, list).1, 0, "{:?}", list.settings);
+impl<'g> Bench<'g> {
+    /// Panics if a technique misses a light, with random lights and cameras.
+    fn loses_no_light(self) -> Self {
+        let bench = RefCell::new(self);
+        let scenes = [lanternfish_scene::generate::demo("cornell").unwrap(), scattered()];
+        let pairs = RefCell::new(0);
+        let config = ProptestConfig { cases: 8, failure_persistence: None, max_shrink_iters: 64, ..Default::default() };
+        let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+        let strategy = (prop::collection::vec(light(), 1..48), camera(), 0usize..2);
+        let outcome = runner.run(&strategy, |(mut lights, camera, which)| {
+            lights.extend(special(&camera));
+            let scene = Scene { lights, ..scenes[which].clone() };
+            // The planes of the view's fitted projection, to reconstruct positions.
+            let projection = tightened(&camera, &scene.bounds());
+            let camera = Camera { projection, ..camera };
+            for reach in [Reach::Surface, Reach::Anywhere] {
+                let free = (reach == Reach::Anywhere).then(|| free_depths(&camera, &mut Random::new(which as u64)));
+                let lists = bench.borrow_mut().lists(&scene, &camera, free.as_deref());
+                let points = points(&camera, &lists[0]);
+                for list in &lists {
+                    let (total, lost) = lost(&scene.lights, &points, list);
+                    prop_assert_eq!(lost, 0, "of {} pairs, {:?}, {:?}", total, list.settings, reach);
+                    *pairs.borrow_mut() += total;
+                }
+                // The box test only removes lights.
+                let tiled: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Tiled>()).collect();
+                for pair in tiled.chunks_exact(2) {
+                    let [without, with] = pair else { unreachable!("two a tile size") };
+                    let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
+                    prop_assert!(!added, "{:?}", with.settings);
+                }
+                // The tree lists no light that the plane tests do not list; for boxes the lists are equal.
+                let clustered: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Clustered>()).collect();
+                for pair in clustered.chunks_exact(2) {
+                    let [brute, tree] = pair else { unreachable!("two a shape") };
+                    let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
+                    prop_assert!(!added, "{:?}", tree.settings);
+                    let shape = tree.settings.get::<Clustered>().map(|clustered| clustered.shape);
+                    if matches!(shape, Some(ClusterShape::Orthographic { .. })) {
+                        prop_assert_eq!(&tree.listed, &brute.listed);
+                    }
+                }
+            }
+            Ok(())
+        });
+        outcome.unwrap_or_else(|error| panic!("{error}"));
+        println!("{} pairs of a point and a light in reach", pairs.borrow());
+        assert!(*pairs.borrow() > 300_000, "the cases cover too little: {} pairs", pairs.borrow());
+        bench.into_inner()
     }
-    for list in bench.lists(&shorter, &camera, None) {
-        let (pairs, lost) = lost(&scene.lights, &points, &list);
-        println!("{:?}: {lost} of {pairs} pairs lost", list.settings);
-        assert!(lost > 0, "{:?}: does not detect a 10 % error in range", list.settings);
+
+    /// Panics if the checks do not detect ranges that are 10 % too short.
+    fn sees_a_tenth_of_range_missing(&mut self) {
+        let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
+        let camera = scene.cameras[0].clone();
+        let mut random = Random::new(3);
+        scene.lights = (0..40)
+            .map(|_| {
+                let position = Vec3::Y + random.point();
+                Light { range: Some(random.between(0.2, 1.0)), ..Light::point(position, Vec3::ONE) }
+            })
+            .collect();
+        let shorter = scene.lights.iter().map(|light| Light { range: light.range.map(|r| 0.9 * r), ..light.clone() });
+        let shorter = Scene { lights: shorter.collect(), ..scene.clone() };
+
+        let complete = self.lists(&scene, &camera, None);
+        let points = points(&camera, &complete[0]);
+        for list in &complete {
+            assert_eq!(lost(&scene.lights, &points, list).1, 0, "{:?}", list.settings);
+        }
+        for list in self.lists(&shorter, &camera, None) {
+            let (pairs, lost) = lost(&scene.lights, &points, &list);
+            println!("{:?}: {lost} of {pairs} pairs lost", list.settings);
+            assert!(lost > 0, "{:?}: does not detect a 10 % error in range", list.settings);
+        }
     }
 }
 
