@@ -1,10 +1,10 @@
-//! Candidates of surfaces: their probabilities against those of the host, and how often they are drawn.
+//! Candidates of surfaces are drawn as often as their chances state.
 
 use std::collections::HashMap;
 
 use glam::{UVec2, Vec3, Vec3Swizzles, Vec4};
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
+    Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, read_back, storage_buffer,
     storage_buffer_of, testing,
 };
 use lanternfish_scene::{Light, LightKind, Material, Scene};
@@ -15,15 +15,12 @@ use crate::{
     testing::{
         Random, library,
         light::{floor, looking, matt},
-        probe_of, quad, sources,
+        probe_of, quad,
     },
     view::View,
 };
 
-use super::{
-    super::{EMISSION, LightSamples, SampledLights, TILES},
-    reference::{Surface, Trees},
-};
+use super::super::{EMISSION, LightSamples, SampledLights, TILES};
 
 const PIXELS: usize = 64;
 const PROBE: &str = "testing/light_samples";
@@ -32,6 +29,15 @@ const OWN: &str = "own_candidates";
 /// Choices of lights, as in `LightSamples::is_uniform`.
 const TREE: u32 = 0;
 const UNIFORM: u32 = 1;
+
+/// A surface that receives light.
+#[derive(Clone, Copy, Debug)]
+struct Surface {
+    p: Vec3,
+    normal: Vec3,
+    wo: Vec3,
+    perceptual_roughness: f32,
+}
 
 /// Lights of all kinds over a floor, of which the first are directional; some do not shine, and some are near.
 fn lights(count: usize, sun_count: usize) -> Vec<Light> {
@@ -191,15 +197,6 @@ impl Drawn {
         storage_buffer(&gpu.device, name, bytes as u64).unwrap()
     }
 
-    /// The light trees.
-    fn trees(&self, kernels: &mut Kernels<'_>) -> Trees {
-        let nodes = 8 * self.emitters() + 128;
-        let buffer = self.buffer(kernels.gpu, "tree_words", 32 * (nodes + 1));
-        self.run(kernels, "tree", &[("tree_words", &buffer)], [nodes.div_ceil(64) as u32, 1, 1], 1);
-        let words = read_back(&kernels.gpu.device, &kernels.gpu.queue, &buffer, 8 * (nodes + 1)).unwrap();
-        Trees::new(words, self.samples(0).candidates)
-    }
-
     /// Least and most worth of each emitter to each surface.
     fn worths(&self, kernels: &mut Kernels<'_>) -> Vec<[f32; 2]> {
         let count = surfaces().len() * self.emitters();
@@ -226,100 +223,57 @@ impl Drawn {
         let chances: Vec<f32> = read_back(&kernels.gpu.device, &kernels.gpu.queue, &chances, count).unwrap();
         counts.into_iter().zip(chances).collect()
     }
-
-    /// Probabilities by the host, of each emitter and surface.
-    fn expected(&self, kernels: &mut Kernels<'_>) -> Vec<f64> {
-        let (trees, surfaces, emitters) = (self.trees(kernels), surfaces(), self.emitters());
-        if self.choice == UNIFORM {
-            let count = trees.light_count();
-            let chance = f64::from(self.rays.min(count)) / f64::from(count);
-            let of_light = |i: usize| if i % emitters < count as usize { chance } else { 0.0 };
-            return (0..surfaces.len() * emitters).map(of_light).collect();
-        }
-        let of = |tile: &[Surface]| -> Vec<f64> {
-            let tile_of = self.has_tiles.then_some(tile);
-            tile.iter().flat_map(|surface| trees.chances(surface, tile_of, self.has_lamps, emitters)).collect()
-        };
-        surfaces.chunks(PIXELS).flat_map(of).collect()
-    }
 }
 
-/// What the host knows of a case.
-struct Known {
-    expected: Vec<f64>,
-    worths: Vec<[f32; 2]>,
-}
-
-impl Known {
-    /// Every emitter whose light arrives may be a candidate.
-    fn new(kernels: &mut Kernels<'_>, name: &str, drawn: &Drawn) -> Self {
-        let known = Self { expected: drawn.expected(kernels), worths: drawn.worths(kernels) };
-        let arriving = known.worths.iter().zip(&known.expected).filter(|([_, most], _)| *most > 0.0);
-        let (mut count, mut least) = (0, 1.0f64);
-        for ([_, most], chance) in arriving {
-            assert!(*chance > 0.0, "{name}: an emitter worth {most} has no chance");
-            (count, least) = (count + 1, least.min(*chance));
+/// What is wrong with candidates: how often each emitter was drawn by each surface in so many trials, and the chance that the shader states. `worths`: least
+/// and most worth of the emitter's points to the surface.
+fn fault(worths: &[[f32; 2]], found: &[(u32, f32)], emitters: usize, trials: f64) -> Result<(), String> {
+    // By tile and emitter: sum of the differences, and of the variances.
+    let mut sums = vec![[0.0f64; 2]; found.len() / PIXELS];
+    let (mut compared, mut worst) = (0, 0.0f64);
+    for (at, ((count, chance), [least, most])) in found.iter().zip(worths).enumerate() {
+        let about = || format!("emitter {} of surface {}", at % emitters, at / emitters);
+        if *most == 0.0 && f64::from(*count) > 0.01 * trials + 2.0 {
+            return Err(format!("{} has no light, and is drawn {count} times", about()));
         }
-        println!("{name}: light arrives {count} times, least chance {least:.1e}");
-        assert!(count > 100, "{name}: {count}");
-        known
+        let all = || -> f32 { worths[at / emitters * emitters..][..emitters].iter().map(|[_, most]| most).sum() };
+        if *count == 0 && trials > 1000.0 && *most > 0.1 * all() {
+            return Err(format!("{} has a tenth of the light, and is never drawn", about()));
+        }
+        // Of area lights at the horizon some points are no candidates; a few points do not show all of them.
+        if *count == 0 || *least <= 0.3 * most {
+            continue;
+        }
+        compared += 1;
+        let chance = f64::from(*chance);
+        let off = f64::from(*count) / trials - chance;
+        // Of independent draws; those of a sequence of frames are better distributed. Rounding: two counts.
+        let variance = chance * (1.0 - chance) / trials;
+        worst = worst.max((off.abs() - 2.0 / trials).max(0.0) / variance.sqrt().max(1e-9));
+        if off.abs() > 5.5 * variance.sqrt() + 2.0 / trials {
+            return Err(format!("{} of chance {chance:.4} is drawn {count} times of {trials}", about()));
+        }
+        let sum = &mut sums[at / emitters / PIXELS * emitters + at % emitters];
+        *sum = [sum[0] + off, sum[1] + variance];
     }
-
-    /// What is wrong with the candidates of a shader; `tiles` and `frames`: how many are drawn.
-    fn fault(&self, drawn: &Drawn, kernels: &mut Kernels<'_>, tiles: u32, frames: u32) -> Result<(), String> {
-        let trials = f64::from(tiles * frames);
-        let found = drawn.found(kernels, tiles, frames);
-        let emitters = drawn.emitters();
-        // By tile and emitter: sum of the differences, and of the variances.
-        let mut sums = vec![[0.0f64; 2]; found.len() / PIXELS];
-        let (mut compared, mut worst) = (0, 0.0f64);
-        for (at, ((count, stated), chance)) in found.iter().zip(&self.expected).enumerate() {
-            let [least, most] = self.worths[at];
-            let about = || format!("emitter {} of surface {}", at % emitters, at / emitters);
-            if *count > 0 && most == 0.0 && f64::from(*count) > 0.01 * trials + 2.0 {
-                return Err(format!("{} has no light, and is drawn {count} times", about()));
-            }
-            // A dozen levels, of a few roundings each; where cosines are near zero the relative error is larger.
-            if *count > 0 && (f64::from(*stated) / chance - 1.0).abs() > 0.01 {
-                return Err(format!("{}: chance {stated}, not {chance}", about()));
-            }
-            // Of area lights at the horizon some points are no candidates; a few points do not show all of them.
-            if least <= 0.3 * most {
-                continue;
-            }
-            compared += 1;
-            let off = f64::from(*count) / trials - chance;
-            // Of independent draws; those of a sequence of frames are better distributed. Rounding: two counts.
-            let deviation = (chance * (1.0 - chance) / trials).sqrt();
-            worst = worst.max((off.abs() - 2.0 / trials).max(0.0) / deviation.max(1e-9));
-            if off.abs() > 5.5 * deviation + 2.0 / trials {
-                return Err(format!("{} of chance {chance:.4} is drawn {count} times of {trials}", about()));
-            }
-            let sum = &mut sums[at / emitters / PIXELS * emitters + at % emitters];
-            sum[0] += off;
-            sum[1] += chance * (1.0 - chance) / trials;
-        }
-        // Rounding of the probabilities themselves: 0.1 % of all surfaces together. Few draws tell nothing.
-        let is_often = |sum: &&[f64; 2]| sum[1] * trials * trials > 1000.0;
-        let z = |[off, variance]: &[f64; 2]| (off.abs() - 0.001 * PIXELS as f64).max(0.0) / variance.sqrt();
-        let most = sums.iter().filter(is_often).map(z).fold(0.0, f64::max);
-        println!("{compared} compared over {trials} draws: {worst:.1} deviations at most, {most:.1} of a tile");
-        // Pixels of a tile have the walks in common, so their errors are not independent: measured, 3.
-        if most > 8.0 {
-            return Err(format!("an emitter is drawn {most:.1} deviations too often or too seldom by a tile"));
-        }
-        Ok(())
+    // Rounding of the probabilities themselves: 0.1 % of all surfaces together. Few draws tell nothing.
+    let is_often = |sum: &&[f64; 2]| sum[1] * trials * trials > 1000.0;
+    let z = |[off, variance]: &[f64; 2]| (off.abs() - 0.001 * PIXELS as f64).max(0.0) / variance.sqrt();
+    let most = sums.iter().filter(is_often).map(z).fold(0.0, f64::max);
+    println!("{compared} compared over {trials} draws: {worst:.1} deviations at most, {most:.1} of a tile");
+    // Pixels of a tile have the walks in common, so their errors are not independent: measured, 3.
+    if most > 8.0 {
+        return Err(format!("an emitter is drawn {most:.1} deviations too often or too seldom by a tile"));
     }
+    if compared > 100 { Ok(()) } else { Err(format!("{compared} compared")) }
 }
 
 /// Numbers of lights and directional ones among them, whether triangles emit, rays, and how many draws of tiles are compared.
-const CASES: [(usize, usize, bool, u32, u32); 5] =
-    [(9, 9, false, 1, 8), (10, 0, true, 8, 8), (17, 3, false, 4, 64), (100, 9, true, 4, 64), (5000, 3, false, 8, 8)];
+type Case = (usize, usize, bool, u32, u32);
 
-#[gpu_test]
-fn gpu_candidates_are_drawn_as_often_as_their_chances_state(gpu: &Gpu) {
+fn check_draws(gpu: &Gpu, cases: &[Case]) {
     let mut kernels = Kernels::new(gpu, library());
-    for (count, sun_count, has_lamps, rays, tiles) in CASES {
+    for &(count, sun_count, has_lamps, rays, tiles) in cases {
         let mut drawn = Drawn::new(gpu, &scene(lights(count, sun_count), has_lamps), rays);
         for (has_tiles, choice) in [(true, TREE), (false, TREE), (true, UNIFORM)] {
             // Other combinations would compile further shaders.
@@ -329,69 +283,27 @@ fn gpu_candidates_are_drawn_as_often_as_their_chances_state(gpu: &Gpu) {
             (drawn.has_tiles, drawn.choice) = (has_tiles, choice);
             let name =
                 format!("{count} lights, {sun_count} suns, lamps {has_lamps}, tiles {has_tiles}, choice {choice}");
-            let known = Known::new(&mut kernels, &name, &drawn);
+            let worths = drawn.worths(&mut kernels);
             // A pixel over many frames, and many pixels.
             for (tiles, frames) in [(1, 4 * tiles), (tiles, 16)] {
-                known.fault(&drawn, &mut kernels, tiles, frames).unwrap_or_else(|what| panic!("{name}: {what}"));
+                let (found, trials) = (drawn.found(&mut kernels, tiles, frames), f64::from(tiles * frames));
+                let fault = |found: &[(u32, f32)]| fault(&worths, found, drawn.emitters(), trials);
+                fault(&found).unwrap_or_else(|what| panic!("{name}: {what}"));
+                // The check can fail: chances that are stated 5 % too high, and draws that are a tenth too many.
+                let stated: Vec<_> = found.iter().map(|(count, chance)| (*count, 1.05 * chance)).collect();
+                let more: Vec<_> = found.iter().map(|(count, chance)| (count + count / 10, *chance)).collect();
+                assert!(trials < 1000.0 || (fault(&stated).is_err() && fault(&more).is_err()), "{name}");
             }
         }
     }
 }
 
-/// Chances and draws that are off by 5 % are noticed.
 #[gpu_test]
-fn gpu_the_checks_of_candidates_can_fail(gpu: &Gpu) {
-    let [candidates, paths, trace] = ["candidates", "tile_paths", "trace"];
-    let of = "f32(draws) * path.chance * drawn.chance";
-    let edits = [
-        (candidates, of, format!("WRONG(1.0, 1.05) * {of}")),
-        (candidates, "chance = f32(count) / f32(suns);", "chance = WRONG(1.0, 0.95) * f32(count) / f32(suns);".into()),
-        (candidates, "emitter == last", "(emitter == last && WRONG(true, false))".into()),
-        (
-            trace,
-            "last_of_five(light_samples.frame, shift.ww).x",
-            "WRONG(last_of_five(light_samples.frame, shift.ww).x, shift.w)".into(),
-        ),
-        (paths, "let goes_first = left < fraction;", "let goes_first = left < WRONG(1.0, 1.05) * fraction;".into()),
-        (
-            paths,
-            "chance *= select(1.0 - fraction, fraction, goes_first)",
-            "chance *= select(1.0 - fraction, WRONG(1.0, 0.95) * fraction, goes_first)".into(),
-        ),
-    ];
-    // One shader with all edits, of which the choice of lights selects one: it is compiled once.
-    let edit = |(path, source): ShaderSource| {
-        let mut source = source.to_owned();
-        for (i, (module, text, by)) in edits.iter().enumerate() {
-            if path == format!("direct_light/sampled/{module}") {
-                assert!(source.contains(text), "{module} has no {text}");
-                let is_active = format!(", light_samples.is_uniform == {}u)", UNIFORM as usize + 1 + i);
-                source = source.replace(text, &switched(by, &is_active));
-            }
-        }
-        (path, &*source.leak())
-    };
-    let edited: Vec<ShaderSource> = sources().into_iter().map(edit).collect();
-    let mut kernels = Kernels::new(gpu, ShaderLibrary::new(edited.leak()));
-    let mut drawn = Drawn::new(gpu, &scene(lights(100, 9), false), 4);
-    let known = Known::new(&mut kernels, "100 lights", &drawn);
-    for (i, (_, text, by)) in [("", "", "nothing".to_owned())].iter().chain(&edits).enumerate() {
-        drawn.choice = if i == 0 { TREE } else { UNIFORM + i as u32 };
-        let mut fault = |tiles, frames| known.fault(&drawn, &mut kernels, tiles, frames);
-        let found = fault(1, 256).and_then(|()| fault(64, 16));
-        println!("{by}: {found:?}");
-        assert_eq!(found.is_err(), i > 0, "{by} instead of {text}");
-    }
+fn gpu_candidates_are_drawn_as_often_as_their_chances_state(gpu: &Gpu) {
+    check_draws(gpu, &[(17, 3, false, 4, 64)]);
 }
 
-/// `WRONG(right, wrong)` as a selection by the condition.
-fn switched(text: &str, condition: &str) -> String {
-    let Some((before, rest)) = text.split_once("WRONG(") else { return text.to_owned() };
-    let mut depth = 1;
-    let end = rest.find(|c| {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        depth == 0
-    });
-    let (arguments, after) = rest.split_at(end.unwrap());
-    format!("{before}select({arguments}{condition}{}", &after[1..])
+#[gpu_test(full)]
+fn gpu_candidates_of_few_and_of_many_lights_are_drawn_as_often(gpu: &Gpu) {
+    check_draws(gpu, &[(9, 9, false, 1, 8), (10, 0, true, 8, 8), (100, 9, true, 4, 64), (5000, 3, false, 8, 8)]);
 }

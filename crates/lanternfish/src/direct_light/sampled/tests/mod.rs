@@ -1,4 +1,3 @@
 mod candidates;
 mod range;
-mod reference;
 mod selection;
