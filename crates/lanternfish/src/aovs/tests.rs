@@ -3,13 +3,13 @@
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::Tracer;
-use lanternfish_scene::{AlphaMode, Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
+use lanternfish_scene::{AlphaMode, Camera, Material, Primitive, Projection, Scene};
 
 use super::Aovs;
 use crate::{
     Renderer, Settings,
     settings::{Samples, Shadows},
-    testing::{looking, quad, scene_of},
+    testing::{apart, looking, quad, scene_of},
 };
 
 const SIZE: [u32; 2] = [120, 80];
@@ -26,10 +26,7 @@ fn aovs_of(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Aovs {
 
 /// Each rectangle as an instance of its own.
 fn placed(rectangles: Vec<Primitive>, materials: Vec<Material>) -> Scene {
-    let of = |primitive| Mesh { name: String::new(), primitives: vec![primitive] };
-    let meshes: Vec<Mesh> = rectangles.into_iter().map(of).collect();
-    let still = |mesh| Instance { name: String::new(), mesh, world_from_object: Affine3A::IDENTITY };
-    Scene { instances: (0..meshes.len()).map(still).collect(), meshes, ..scene_of(Vec::new(), materials) }
+    apart(&scene_of(rectangles, materials))
 }
 
 /// A floor, and a tilted plate above it.

@@ -108,7 +108,7 @@ fn scales_state_their_limits() {
 }
 
 /// Not a multiple of any cluster size.
-const SIZE: UVec2 = UVec2::new(331, 203);
+const SIZE: UVec2 = UVec2::new(163, 101);
 
 const SHAPES: [ClusterShape; 4] = [
     ClusterShape::Perspective { pixels: 32 },
@@ -255,9 +255,11 @@ fn cases() -> Vec<(Scene, Vec<Camera>)> {
     cases
 }
 
+/// No opaque and no transparent surface misses its cluster.
 #[gpu_test]
 fn gpu_no_surface_misses_its_cluster(gpu: &Gpu) {
-    let mut total = 0;
+    let mut random = Random::new(12);
+    let (mut total, mut transparent, mut missed) = (0, 0, 0);
     for shape in SHAPES {
         let mut harness = Harness::new(gpu, shape);
         for (scene, cameras) in cases() {
@@ -267,40 +269,24 @@ fn gpu_no_surface_misses_its_cluster(gpu: &Gpu) {
                 total += covered;
             }
         }
-    }
-    println!("{total} fragments");
-    assert!(total > 900_000, "the cases cover too little: {total} fragments");
-}
-
-#[gpu_test]
-fn gpu_no_transparent_surface_misses_its_cluster(gpu: &Gpu) {
-    let mut random = Random::new(12);
-    let (mut total, mut missed) = (0, 0);
-    for shape in SHAPES {
-        let mut harness = Harness::new(gpu, shape);
         for seed in 3..6 {
             let scene = thin_dielectrics(seed);
             let camera = camera(&mut random, Vec3::new(6.0, 4.0, 9.0));
             let (covered, unmarked) = harness.unmarked_transparent(&scene, &camera, true);
             assert_eq!(unmarked, 0, "of {covered} pixels from {camera:?}, {shape:?}");
-            total += covered;
+            transparent += covered;
             // Check that the test can fail: without its transparent surfaces the scene does not mark their clusters.
             missed += harness.unmarked_transparent(&scene, &camera, false).1;
         }
-    }
-    println!("{total} fragments; without the transparent surfaces {missed} miss their cluster");
-    assert!(total > 100_000 && missed > 1000, "{total} fragments, {missed} missed");
-}
-
-#[gpu_test]
-fn gpu_the_view_detects_clusters_marked_from_a_shifted_camera(gpu: &Gpu) {
-    let scene = generate::demo("cornell").unwrap();
-    for shape in SHAPES {
-        let camera = scene.cameras[0].clone();
-        let mut beside = camera.clone();
+        // Clusters that were marked from 17 cm aside are detected.
+        let scene = generate::demo("cornell").unwrap();
+        let mut beside = scene.cameras[0].clone();
         beside.world_from_camera.translation += glam::Vec3A::splat(0.1);
-        let (covered, magenta) = Harness::new(gpu, shape).magenta(&scene, &beside, &camera);
-        println!("{shape:?}: {magenta} of {covered} pixels are magenta");
-        assert!(magenta > 0, "{shape:?}: does not detect a camera shift of 17 cm");
+        let (covered, magenta) = harness.magenta(&scene, &beside, &scene.cameras[0]);
+        println!("{shape:?}: {magenta} of {covered} pixels are magenta from aside");
+        assert!(magenta > 0, "{shape:?}: does not detect a camera shift");
     }
+    println!("{total} and {transparent} fragments; without the transparent surfaces {missed} miss their cluster");
+    assert!(total > 220_000, "the cases cover too little: {total} fragments");
+    assert!(transparent > 25_000 && missed > 250, "{transparent} fragments, {missed} missed");
 }

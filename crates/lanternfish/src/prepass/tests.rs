@@ -287,9 +287,9 @@ fn gpu_motion_equals_the_cpu_reference(gpu: &Gpu) {
     let mut scene = scene();
     let mut uploaded = harness.renderer.upload(&scene).unwrap();
     let mut view = view_of(&looking([0.3, 0.2, 2.4], [0.0, 0.1, 0.0]), &scene);
-    let mut depths = harness.show(&uploaded, &view);
+    let first = harness.show(&uploaded, &view);
     // The two positions are computed by different expressions, which a device may round differently.
-    assert!(depths.iter().all(|texel| texel.x.abs().max(texel.y.abs()) < 1e-5), "the first frame has no predecessor");
+    assert!(first.iter().all(|texel| texel.x.abs().max(texel.y.abs()) < 1e-5), "the first frame has no predecessor");
     for (i, Step { name, camera, moved, updates }) in steps().into_iter().enumerate() {
         let (before, last_view) = (scene.clone(), view);
         if !moved.is_empty() {
@@ -321,46 +321,8 @@ fn gpu_motion_equals_the_cpu_reference(gpu: &Gpu) {
             for checked in [stays.check(name, &actual, &through), frames.check(name, &back, &through)] {
                 assert!(checked.wrong > 40, "{name}: does not detect other motion: {checked:?}");
             }
-            check_reprojection(name, &frames, &through, &actual, &depths);
         }
-        depths = actual;
     }
-}
-
-/// The pixel of the previous frame that motion points to shows the same point, if it was visible.
-fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, actual: &[Vec4], depths: &[Vec4]) {
-    let before = frames.views[0];
-    let world_from_clip = (before.clip_from_view.as_dmat4() * before.view_from_world.as_dmat4()).inverse();
-    let (mut seen, mut same, mut same_in_place) = (0, 0, 0);
-    for (i, texel) in actual.iter().enumerate() {
-        let pixel = UVec2::new(i as u32 % SIZE.x, i as u32 / SIZE.x).as_dvec2() + 0.5;
-        let Some((Some(position), _)) = frames.at(through, pixel) else { continue };
-        let to_place = position - eye(before);
-        let hit = cast(&frames.triangles, 0, eye(before), to_place.normalize());
-        let was_seen = hit.is_some_and(|hit| hit.distance > to_place.length() - 1e-4);
-        let uv = uv_of(before, position, 1.0);
-        if !was_seen || uv.min_element() < 0.0 || uv.max_element() >= 1.0 {
-            continue;
-        }
-        seen += 1;
-        // Half a pixel, doubled for surfaces at grazing angles and for the subpixel jitter of the previous frame.
-        let width = 3.0 * to_place.length() * 0.8 / f64::from(SIZE.y);
-        let is_there = |uv: DVec2| {
-            let pixel = (uv * SIZE.as_dvec2()).as_ivec2();
-            if pixel.min_element() < 0 || pixel.cmpge(SIZE.as_ivec2()).any() {
-                return false;
-            }
-            let depth = depths[(pixel.y as u32 * SIZE.x + pixel.x as u32) as usize].z;
-            let ndc = (pixel.as_dvec2() + 0.5) / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
-            depth > 0.0 && world_from_clip.project_point3(ndc.extend(depth.into())).distance(position) < width
-        };
-        let now = uv_of(frames.views[1], eye(through) + direction(through, pixel), 1.0);
-        same += usize::from(is_there(now - texel.truncate().truncate().as_dvec2()));
-        same_in_place += usize::from(is_there(now));
-    }
-    println!("{name}: {same} of {seen} pixels are reprojected correctly, {same_in_place} without motion");
-    assert!(seen > 3000 && same * 100 >= seen * 95, "{name}: {same} of {seen}");
-    assert!(same_in_place < same, "{name}: motion has no effect");
 }
 
 /// A point that was behind the viewer has the motion of a point outside the image. An orthographic view has motion too.

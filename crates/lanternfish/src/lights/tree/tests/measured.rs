@@ -1,6 +1,4 @@
-//! How good the device's tree is beside the host's, and the time that it takes.
-
-use std::time::Instant;
+//! How good the device's tree is beside the host's.
 
 use super::{
     built::{bound_of, chances, nodes_of},
@@ -63,32 +61,5 @@ fn gpu_the_tree_is_nearly_as_good_as_the_hosts(gpu: &Gpu) {
         let host = variance(&lights, &host_nodes(&lights), &receivers);
         println!("{name}: variance {device:.3} of the device's tree, {host:.3} of the host's: {:.2}", device / host);
         assert!(device < 1.33 * host, "{name}: {device} and {host}");
-    }
-}
-
-#[gpu_test]
-#[ignore = "a measurement: it fails on no time"]
-fn gpu_times_of_building(gpu: &Gpu) {
-    println!("{}", gpu.description.name);
-    let mut random = Random::new(36);
-    for count in [1000, 100_000, 1_000_000] {
-        let mut light = || Light { range: Some(1.0), ..Light::point(30.0 * random.point(), Vec3::ONE) };
-        let lights: Vec<Light> = (0..count).map(|_| light()).collect();
-        let set = set_of(gpu, &lights);
-        let mut trees = SceneLightTrees::new(&gpu.device, &gpu.queue, &set, Vec::new()).unwrap();
-        let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let (mut host, mut device, mut recorded) = (f64::MAX, f64::MAX, f64::MAX);
-        for _ in 0..3 {
-            wait();
-            let start = Instant::now();
-            trees.update_lights(&gpu.device, &gpu.queue, &set).unwrap();
-            recorded = recorded.min(1e3 * start.elapsed().as_secs_f64());
-            wait();
-            device = device.min(1e3 * start.elapsed().as_secs_f64());
-            let start = Instant::now();
-            std::hint::black_box(host_nodes(&lights));
-            host = host.min(1e3 * start.elapsed().as_secs_f64());
-        }
-        println!("{count}: host {host:.2} ms; device {device:.2} ms, of which the host is busy for {recorded:.2} ms");
     }
 }
