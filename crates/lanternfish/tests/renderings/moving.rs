@@ -25,7 +25,7 @@ fn mean_of(images: &[RgbImage]) -> RgbImage {
 
 /// A lamp that goes out leaves no light behind: the frames after it differ little from their later mean, hardly more than the first ones
 /// of a scene in which it never shone.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_light_of_a_lamp_goes_out_with_it(gpu: &Gpu) {
     let lamp = |x: f32, intensity: Vec3| Light::point(Vec3::new(x, 1.7, 0.0), intensity);
     let mut dark = demo("cornell").unwrap();
