@@ -1,4 +1,3 @@
-//! Comparison with other implementations, and with reference images.
+//! Comparison with other implementations.
 
 mod pairs;
-mod references;

@@ -46,23 +46,3 @@ fn emitters_are_selected_with_their_probabilities() {
         }
     }
 }
-
-#[test]
-fn every_light_in_range_has_a_probability() {
-    let all = lights(500, 3.0);
-    let choice = Choice::tree(0, &all);
-    let mut reachable = 0;
-    for i in 0..200 {
-        let mut random = Random::new(8, i, 0);
-        let p = 10.0 * Vec3A::new(random.unit() as f32, random.unit() as f32, random.unit() as f32);
-        for e in 0..500u32 {
-            let mut random = Random::new(4, e.into(), 0);
-            let place = 10.0 * Vec3A::new(random.unit() as f32, random.unit() as f32, random.unit() as f32);
-            if p.distance(place) < 2.999 {
-                assert!(choice.chance(p, DVec3::Y, e) > 0.0);
-                reachable += 1;
-            }
-        }
-    }
-    assert!(reachable > 1000);
-}

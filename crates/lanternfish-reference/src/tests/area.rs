@@ -24,7 +24,7 @@ fn floor(lights: Vec<Light>) -> Scene {
 
 /// Form factor of a rectangle of a × b at height 1, from the point below a corner:
 /// (a / √(1 + a²) atan(b / √(1 + a²)) + b / √(1 + b²) atan(a / √(1 + b²))) / 2π.
-fn below_corner(a: f64, b: f64) -> f64 {
+pub(super) fn below_corner(a: f64, b: f64) -> f64 {
     let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
     (part(a, b) + part(b, a)) / (2.0 * PI)
 }

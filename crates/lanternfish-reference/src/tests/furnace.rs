@@ -73,39 +73,34 @@ fn metals_lose_only_the_energy_of_multiple_scattering() {
     }
 }
 
+/// White surfaces under a white sky. The diffuse part scatters all light that the specular layer does not reflect, up to the error of the albedo fit; below
+/// a coat a few per cent are lost, because its transmittance is not modelled symmetrically; rough metals lose what their microfacets scatter several times.
 #[test]
-fn white_dielectrics_conserve_energy() {
-    // The diffuse part scatters all light that the specular layer does not reflect, up to the error of the albedo fit.
-    for roughness in [0.0, 0.2, 0.5, 1.0] {
-        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material(Vec3::ONE, 0.0, roughness)]);
-        let camera = front(4.0, 0.99);
-        let (mean, error) = mean_and_error(&render(&scene, &camera, 16, 128, Settings::default()));
-        assert!((0.975..1.004).contains(&mean) && error < 3e-3, "roughness {roughness}: {mean} ± {error}");
-    }
-}
-
-#[test]
-fn coated_surfaces_do_not_gain_energy() {
-    // A white surface below a coat loses a few per cent, because the coat's transmittance is not modelled symmetrically.
-    for (roughness, metallic) in [(0.0, 0.0), (0.3, 0.0), (1.0, 0.0), (0.0, 1.0)] {
-        let coat = Material {
-            clearcoat: 1.0,
-            clearcoat_roughness: roughness,
-            ..material(Vec3::ONE, metallic, 0.7 * (1.0 - metallic))
-        };
-        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![coat]);
-        let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
-        assert!((0.95..1.004).contains(&mean) && error < 4e-3, "{roughness} {metallic}: {mean} ± {error}");
-    }
-}
-
-#[test]
-fn surfaces_that_scatter_light_through_conserve_energy() {
-    for fraction in [0.3, 1.0] {
-        let leaf = Material { diffuse_transmission: fraction, double_sided: true, ..material(Vec3::ONE, 0.0, 0.5) };
-        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![leaf]);
-        let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
-        assert!((0.975..1.004).contains(&mean) && error < 4e-3, "fraction {fraction}: {mean} ± {error}");
+fn white_surfaces_gain_no_energy_and_lose_little() {
+    let white = |metallic, roughness| material(Vec3::ONE, metallic, roughness);
+    let coat = |clearcoat_roughness, metallic| Material {
+        clearcoat: 1.0,
+        clearcoat_roughness,
+        ..white(metallic, 0.7 * (1.0 - metallic))
+    };
+    let leaf = |fraction| Material { diffuse_transmission: fraction, double_sided: true, ..white(0.0, 0.5) };
+    let sheen = |roughness| Material { sheen_color: Vec3::ONE, sheen_roughness: roughness, ..white(0.0, 0.8) };
+    let grain = |metallic| Material { anisotropy: 0.8, ..white(metallic, 0.2) };
+    let film = |thickness| Material { iridescence: 1.0, iridescence_thickness: thickness, ..white(0.0, 0.1) };
+    for (name, materials, within, most_error) in [
+        ("dielectric", [0.0, 0.2, 0.5, 1.0].map(|roughness| white(0.0, roughness)).to_vec(), 0.975..1.004, 3e-3),
+        ("coat", vec![coat(0.0, 0.0), coat(0.3, 0.0), coat(1.0, 0.0), coat(0.0, 1.0)], 0.95..1.004, 4e-3),
+        ("leaf", vec![leaf(0.3), leaf(1.0)], 0.975..1.004, 4e-3),
+        ("sheen", vec![sheen(0.0), sheen(0.5), sheen(1.0)], 0.93..1.01, 6e-3),
+        ("grain", vec![grain(0.0)], 0.93..1.01, 6e-3),
+        ("grain of a metal", vec![grain(1.0)], 0.7..1.01, 6e-3),
+        ("film", vec![film(200.0), film(500.0)], 0.93..1.01, 6e-3),
+    ] {
+        for (i, material) in materials.into_iter().enumerate() {
+            let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material]);
+            let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
+            assert!(within.contains(&mean) && error < most_error, "{name} {i}: {mean} ± {error}");
+        }
     }
 }
 
@@ -126,28 +121,6 @@ fn a_sheet_is_lit_from_behind() {
     let pixels = film.mean();
     let mean = pixels.iter().map(|pixel| Vec3::from(*pixel)).sum::<Vec3>() / pixels.len() as f32;
     assert!(mean.abs_diff_eq(expected, 0.01), "{mean}, not {expected}");
-}
-
-#[test]
-fn sheen_a_grain_and_a_film_do_not_gain_energy() {
-    let white = |roughness| material(Vec3::ONE, 0.0, roughness);
-    let sheen = |roughness, base| Material { sheen_color: Vec3::ONE, sheen_roughness: roughness, ..base };
-    let grain = |metallic| Material { anisotropy: 0.8, ..material(Vec3::ONE, metallic, 0.2) };
-    let film = |thickness| Material { iridescence: 1.0, iridescence_thickness: thickness, ..white(0.1) };
-    for (name, material, least) in [
-        ("sheen, smooth", sheen(0.0, white(0.8)), 0.93),
-        ("sheen", sheen(0.5, white(0.8)), 0.93),
-        ("sheen, rough", sheen(1.0, white(0.8)), 0.93),
-        // Rough metals lose what their microfacets scatter several times.
-        ("grain", grain(1.0), 0.7),
-        ("grain, dielectric", grain(0.0), 0.93),
-        ("film", film(200.0), 0.93),
-        ("film", film(500.0), 0.93),
-    ] {
-        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material]);
-        let (mean, error) = mean_and_error(&render(&scene, &front(4.0, 0.99), 16, 128, Settings::default()));
-        assert!((least..1.01).contains(&mean) && error < 6e-3, "{name}: {mean} ± {error}");
-    }
 }
 
 /// Without a film's thickness, or with one far beyond the wavelengths of light, colours do not change with the angle; a film of some hundred

@@ -6,7 +6,7 @@ use lanternfish_scene::{
     shading::{Attenuation, Materials},
 };
 
-use super::{assert_mean, front, material, mean_and_error, quad, render, scene_of};
+use super::{area::below_corner, assert_mean, front, material, mean_and_error, quad, render, scene_of};
 use crate::{
     Settings,
     settings::{Integrator, LightChoice},
@@ -106,13 +106,8 @@ fn a_sun_with_a_diameter_casts_a_soft_shadow() {
 
 #[test]
 fn an_emissive_quad_has_its_form_factor_with_every_light_choice() {
-    // A square lamp of edge 2 m, 1 m above the centre of the floor. Its form factor from the point below its centre is
-    // four times that from below a corner, (a / √(1 + a²) atan(b / √(1 + a²)) + b / √(1 + b²) atan(a / √(1 + b²))) / 2π.
-    let corner = |a: f64, b: f64| {
-        let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
-        (part(a, b) + part(b, a)) / (2.0 * PI)
-    };
-    let expected = 5.0 * 4.0 * corner(1.0, 1.0);
+    // A square lamp of edge 2 m, 1 m above the centre of the floor: its form factor is four times that from the point below a corner.
+    let expected = 5.0 * 4.0 * below_corner(1.0, 1.0);
     let lamp = Material { emissive: Vec3::splat(5.0), ..material(Vec3::ZERO, 0.0, 1.0) };
     let mut scene = scene_of(
         vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), quad(1, Vec3::Z, Vec3::Y, Vec3::X)],
@@ -186,16 +181,11 @@ fn behind_a_sheet(alpha_mode: AlphaMode) -> Scene {
 
 #[test]
 fn masks_have_holes_and_transparent_sheets_transmit_one_minus_alpha() {
-    let left = {
+    let [left, right] = [-0.5, 0.5].map(|x| {
         let mut camera = front(3.0, 0.2);
-        camera.world_from_camera.translation.x = -0.5;
+        camera.world_from_camera.translation.x = x;
         camera
-    };
-    let right = {
-        let mut camera = front(3.0, 0.2);
-        camera.world_from_camera.translation.x = 0.5;
-        camera
-    };
+    });
     let mask = behind_a_sheet(AlphaMode::Mask { cutoff: 0.25 });
     let settings = || Settings { max_depth: 2, ..lambert() };
     assert_mean(&render(&mask, &left, 4, 8, settings()), 1.0, 1e-4, "a hole, for camera rays and shadow rays");
