@@ -11,6 +11,8 @@ mod demo;
 mod dist;
 mod driver;
 mod faults;
+#[cfg(test)]
+mod features;
 mod files;
 mod hardware;
 mod images;
@@ -38,11 +40,14 @@ cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish-bench quality`
 cargo xtask test [FILTER] [--quick | --full]
-                           sets up what is missing, then runs every test, or those whose names contain FILTER;
-                           --full checks all variants of shaders, not those that have each pair of features;
+                           sets up what is missing, then checks every promise once; with FILTER runs all tests whose names
+                           contain it;
+                           --full runs every test, on all variants of shaders, and in a browser if there is Chromium;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
-cargo xtask python [WORDS] builds the Python package's extension module, and runs its tests with pytest, which gets the words
+cargo xtask python [--quick] [WORDS]
+                           builds the Python package's extension module, and runs its tests with pytest, which gets the words;
+                           --quick runs those that show whether the wheel works at all
 cargo xtask web [--serve]  builds the page of the renderer in a browser in dist/, and shows it on http://localhost:8080
 cargo xtask hardware [papers]
                            builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
@@ -64,8 +69,8 @@ cargo xtask shader-stats [TEXT | --write | --page MESA]
                            a version of Mesa; with TEXT, prints the variants whose names contain it
 cargo xtask interface [--write]
                            fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
-cargo xtask check          lines by folder, format, lints, also for a browser, documentation, the public interface, and the hot passes
-                           of shader-stats
+cargo xtask check [--full] lines by folder, format, lints; --full also lints for a browser, documentation, the public interface, and
+                           the hot passes of shader-stats
 cargo xtask audit          licences, advisories and sources of dependencies (cargo-deny), and changes of the interface since the last
                            release (cargo-semver-checks): installs neither
 cargo xtask dist           an archive for x86-64 Linux with glibc 2.28 or newer in target/archive; needs cargo-zigbuild and zig
@@ -86,14 +91,14 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
-        "audit" | "check" | "dist" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "audit" | "dist" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "shader-stats" => shader_stats::run(&words),
         "test" => test::run(&words, may_install),
         "same" => same::run(&words, may_install),
         "faults" => faults::run(&words),
         "images" => images::run(&words, may_install),
         "audit" => audit::run_audit(),
-        "check" => check::run(),
+        "check" => check::run(&words),
         "interface" => interface::run(&words),
         "dist" => dist::run_dist(),
         "hardware" => hardware::run(&words),

@@ -1,4 +1,5 @@
-//! `cargo xtask python`: builds the wheel, installs it in a folder, and runs the tests of the Python package with pytest.
+//! `cargo xtask python`: builds the wheel, installs it in a folder, and runs the tests of the Python package with pytest; with
+//! `--quick` those that show whether the wheel works at all.
 
 use std::{
     env::{self, consts},
@@ -15,6 +16,9 @@ use crate::{
 /// What the tests import.
 const MODULES: &str = "import numpy, pytest, trimesh, PIL, wheel, pip";
 const PACKAGES: [&str; 6] = ["numpy", "pytest", "trimesh", "pillow", "maturin", "wheel"];
+
+/// What `--quick` runs.
+const QUICK: &str = "tests/test_smoke.py";
 
 /// `words` go to pytest.
 pub fn run(words: &[String]) -> Result<(), String> {
@@ -34,6 +38,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
     let source = workspace().join("crates/lanternfish-python");
     let installed = install(&python, &source, built, &folder)?;
     let mut tests = Command::new(python);
+    let words = words.iter().map(|word| if word == "--quick" { QUICK } else { word });
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).args(words).current_dir(&source);
     tests.env("PYTHONPATH", &installed).env("PYTHONDONTWRITEBYTECODE", "1");
     tests.env("LANTERNFISH_PROGRAM", built.join(format!("lanternfish{}", consts::EXE_SUFFIX)));

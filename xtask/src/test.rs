@@ -1,4 +1,4 @@
-//! `cargo xtask test`: runs all tests, those of a name, or the quick ones.
+//! `cargo xtask test`: runs the fast tests, with `--full` all, or those of a name, or the quick ones.
 //!
 //! A test that cannot run here (no ray query, no shared assets) passes and appends a line to the file that
 //! `LANTERNFISH_LEFT_OUT` names:
@@ -57,7 +57,7 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         })?;
     }
 
-    let browser = web::for_tests(|test| selection.includes(test))?;
+    let browser = web::for_tests(|test| selection.includes_full(test))?;
     let list = List::new();
     let prepare = |mut command: Command| {
         command.env("LANTERNFISH_LEFT_OUT", &list.0).envs(browser.iter().map(|(name, value)| (name, value)));
@@ -75,7 +75,7 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
         let mut command = prepare(cargo(["test", "--workspace", "--doc"]));
         if selection.has_documentation() { step(&mut command) } else { Ok(()) }
     });
-    let ((result, tests), run_time) = timed(|| run_tests(&selection, prepare));
+    let ((result, tests, full), run_time) = timed(|| run_tests(&selection, prepare));
 
     let left_out = list.lines();
     if left_out.is_empty() {
@@ -98,38 +98,58 @@ pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     documented.and(result)?;
     selection.check(&tests.iter().map(|test| test.name.as_str()).collect::<Vec<_>>())?;
     check_left_out(&left_out, env::var_os("LANTERNFISH_REQUIRE_ALL").is_some_and(|value| value == "1"))?;
-    eprintln!("All of them passed.");
+    let is_fast = !selection.is_quick && !selection.has_full();
+    let more = if is_fast { format!(" {} more run with --full.", full.len()) } else { String::new() };
+    eprintln!("All of them passed.{more}");
     Ok(())
 }
 
-/// Runs each selected test once and returns those that ran, including failed ones. Prints the slowest if nextest is installed.
-fn run_tests(selection: &Selection, prepare: impl Fn(Command) -> Command) -> (Result<(), String>, Vec<Test>) {
+/// Runs each selected test once and returns those that ran, including failed ones, and those that are marked `full`. Prints the
+/// slowest if nextest is installed, and the times of folders if nothing was selected by name.
+fn run_tests(
+    selection: &Selection,
+    prepare: impl Fn(Command) -> Command,
+) -> (Result<(), String>, Vec<Test>, Vec<Test>) {
     // Nextest, in a version that supports the project's profiles.
     if succeeds(&mut cargo(["nextest", "show-config", "version"])) {
         let junit = JUnit::of(selection.profile());
         junit.remove();
         let result = step(&mut prepare(selection.nextest()));
         let tests = junit.tests();
+        let mut full = Vec::new();
+        if selection.is_tier() && !selection.is_quick {
+            full = run_for_output(&mut Selection::list_full()).map_or(full, |list| times::nextest_tests(&list));
+            eprintln!("\n{}", times::by_folder(&tests, &full).join("\n"));
+        }
         if !tests.is_empty() {
             eprintln!("\nthe slowest tests, {SLOWEST} at most:\n{}", times::slowest(&tests).join("\n"));
             eprintln!("the time of every test: {}", junit.path().display());
         }
-        return (result, tests);
+        return (result, tests, full);
     }
     let list = |words: &[&str]| run_for_output(&mut prepare(selection.libtest(words)));
-    let tests = match (list(&["--list"]), list(&["--list", "--ignored"])) {
-        (Ok(all), Ok(ignored)) => times::listed_tests(&all, &ignored),
-        (Err(error), _) | (_, Err(error)) => return (Err(error), Vec::new()),
+    let (tests, full) = match (list(&["--list"]), list(&["--list", "--ignored"])) {
+        (Ok(all), Ok(ignored)) => {
+            let full = times::listed_tests(&ignored, "");
+            (times::listed_tests(&all, if selection.has_full() { "" } else { &ignored }), full)
+        }
+        (Err(error), _) | (_, Err(error)) => return (Err(error), Vec::new(), Vec::new()),
     };
     // At most as many at a time as configured for nextest.
     let threads = thread::available_parallelism().map_or(1, |count| count.get().min(MOST_AT_ONCE));
     let result = match tests.is_empty() {
         // The caller prints the message.
         true => Ok(()),
-        false => step(&mut prepare(selection.libtest([format!("--test-threads={threads}")]))),
+        false => step(&mut prepare(
+            selection.libtest(
+                [format!("--test-threads={threads}")]
+                    .into_iter()
+                    .chain(selection.has_full().then(|| "--include-ignored".into())),
+            ),
+        )),
     };
     eprintln!("\ncargo-nextest 0.9.77 or later shows the time of each test");
-    (result, tests)
+    (result, tests, full)
 }
 
 /// Lets all tests share the shaders that Mesa's software adapter compiled, which takes most of a rendering test's time: 88 of 97 s of CPU time in one

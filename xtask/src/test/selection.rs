@@ -4,8 +4,8 @@ use std::process::Command;
 
 use crate::command::cargo;
 
-/// All test targets except documentation. Every call uses the same list, so that nothing is built twice.
-pub const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
+/// All test targets except documentation, and examples, which clippy sees. Every call uses the same list, so that nothing is built twice.
+pub const TARGETS: [&str; 5] = ["test", "--workspace", "--lib", "--bins", "--tests"];
 
 /// The programs with unit tests. Programs that start the command line or render are neither built nor linked.
 const UNIT_TARGETS: [&str; 4] = ["test", "--workspace", "--lib", "--bins"];
@@ -27,7 +27,7 @@ pub struct Selection {
     filter: Option<String>,
     /// True to run only unit tests that need no adapter and do not render.
     pub is_quick: bool,
-    /// True to check all combinations where else some stand for them.
+    /// True to run the tests that are marked `full`, too, and to check all combinations where else some stand for them.
     pub is_full: bool,
 }
 
@@ -54,14 +54,24 @@ impl Selection {
         Ok(selection)
     }
 
-    /// True if documentation tests run too: only without a filter.
+    /// True if documentation tests run too.
     pub fn has_documentation(&self) -> bool {
-        !self.is_quick && self.filter.is_none()
+        self.is_full && self.filter.is_none()
     }
 
-    /// True if the test of this name runs.
-    pub fn includes(&self, name: &str) -> bool {
-        !(self.is_quick && needs_adapter(name)) && self.filter.as_ref().is_none_or(|filter| name.contains(filter))
+    /// True if no test was selected by name.
+    pub fn is_tier(&self) -> bool {
+        self.filter.is_none()
+    }
+
+    /// True if the test of this name, which is marked `full`, runs.
+    pub fn includes_full(&self, name: &str) -> bool {
+        self.is_full && self.filter.is_none() || self.filter.as_ref().is_some_and(|filter| name.contains(filter))
+    }
+
+    /// True if tests marked `full` run: a filter that names one means it.
+    pub fn has_full(&self) -> bool {
+        self.is_full || self.filter.is_some()
     }
 
     /// Nextest's profile, and the name of the folder of its results.
@@ -80,11 +90,18 @@ impl Selection {
     pub fn nextest(&self) -> Command {
         let mut command = cargo(["nextest", "run", "--workspace", "--profile", self.profile()]);
         command.env("NEXTEST_NO_TESTS", "pass");
-        if self.is_quick {
-            command.args(&UNIT_TARGETS[2..]);
+        command.args(&self.targets()[2..]);
+        if self.has_full() {
+            command.args(["--run-ignored", "all"]);
         }
         command.args(&self.filter);
         command
+    }
+
+    /// Lists the tests that are marked `full`, with nextest: a line each, program and name.
+    pub fn list_full() -> Command {
+        let words = ["nextest", "list"].iter().chain(&TARGETS[1..]);
+        cargo(words.chain(&["--run-ignored", "ignored-only", "--message-format", "oneline"]))
     }
 
     /// Runs the tests without nextest, with further words for libtest.
@@ -139,9 +156,9 @@ mod tests {
 
     #[test]
     fn words_are_a_filter_and_quick_or_full() {
-        let full = Selection::default();
-        assert_eq!(parse(""), Ok(full.clone()));
-        assert_eq!(parse("--full"), Ok(Selection { is_full: true, ..full }));
+        let fast = Selection::default();
+        assert_eq!(parse(""), Ok(fast.clone()));
+        assert_eq!(parse("--full"), Ok(Selection { is_full: true, ..fast }));
         let filter = Some("scan".to_owned());
         assert_eq!(parse("scan --quick"), Ok(Selection { filter: filter.clone(), is_quick: true, is_full: false }));
         assert_eq!(parse("--quick scan"), parse("scan --quick"));
@@ -159,23 +176,38 @@ mod tests {
     #[test]
     fn documentation_tests_run_only_with_all_tests() {
         let runs = |line| parse(line).unwrap().has_documentation();
-        assert!(runs("") && runs("--full"));
-        assert!(!runs("scan") && !runs("--quick") && !runs("--full scan"));
+        assert!(runs("--full"));
+        assert!(!runs("") && !runs("scan") && !runs("--quick") && !runs("--full scan"));
     }
 
     #[test]
     fn commands_name_the_selection() {
         let quick = parse("scan --quick").unwrap();
         assert_eq!(words(&quick.build()), "test --workspace --lib --bins --no-run");
-        assert_eq!(words(&quick.nextest()), "nextest run --workspace --profile quick --lib --bins scan");
+        assert_eq!(
+            words(&quick.nextest()),
+            "nextest run --workspace --profile quick --lib --bins --run-ignored all scan"
+        );
         assert_eq!(
             words(&quick.libtest(["--list"])),
             "test --workspace --lib --bins --no-fail-fast -- --list --skip ::gpu_ --skip tests::light_paths:: scan"
         );
-        let full = parse("").unwrap();
-        assert_eq!(words(&full.build()), format!("{} --no-run", TARGETS.join(" ")));
-        assert_eq!(words(&full.nextest()), "nextest run --workspace --profile default");
-        assert_eq!(words(&full.libtest([""; 0])), format!("{} --no-fail-fast --", TARGETS.join(" ")));
+        let fast = parse("").unwrap();
+        assert_eq!(words(&fast.build()), format!("{} --no-run", TARGETS.join(" ")));
+        assert_eq!(words(&fast.nextest()), "nextest run --workspace --profile default --lib --bins --tests");
+        assert_eq!(words(&fast.libtest([""; 0])), format!("{} --no-fail-fast --", TARGETS.join(" ")));
+        let full = parse("--full").unwrap();
+        assert_eq!(
+            words(&full.nextest()),
+            "nextest run --workspace --profile default --lib --bins --tests --run-ignored all"
+        );
+    }
+
+    #[test]
+    fn full_tests_run_by_flag_or_by_name() {
+        let includes = |line| parse(line).unwrap().includes_full("window::soak");
+        assert!(includes("--full") && includes("soak") && includes("soak --full"));
+        assert!(!includes("") && !includes("--quick") && !includes("scan --full"));
     }
 
     #[test]

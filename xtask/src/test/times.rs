@@ -1,11 +1,15 @@
 //! The tests that ran, with their times from nextest's JUnit file, or without times from libtest's list.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
 use crate::command::workspace;
+
+/// Seconds below which a folder is a part of its program's row.
+const LEAST_OF_ROW: f64 = 10.0;
 
 /// Number of slowest tests to print.
 pub const SLOWEST: usize = 20;
@@ -62,6 +66,38 @@ fn attribute(attributes: &str, name: &str) -> Option<String> {
     rest.split_once('"').map(|(value, _)| value.to_owned())
 }
 
+/// The tests in nextest's list with a line each: program and name.
+pub fn nextest_tests(list: &str) -> Vec<Test> {
+    let test = |(program, name): (&str, &str)| Test { program: program.into(), name: name.into(), seconds: 0.0 };
+    list.lines().filter_map(|line| line.split_once(' ')).map(test).collect()
+}
+
+/// Number and seconds of the tests of each folder, a line each: those that always run, and those of `full`. A folder is the first
+/// module of a test's name; small ones are one row for their program.
+pub fn by_folder(tests: &[Test], full: &[Test]) -> Vec<String> {
+    let mut rows = BTreeMap::<(&str, &str), [(usize, f64); 2]>::new();
+    for test in tests {
+        let folder = test.name.split_once("::").map_or("", |(folder, _)| folder);
+        let is_full = full.iter().any(|other| other.program == test.program && other.name == test.name);
+        let (count, seconds) = &mut rows.entry((&test.program, folder)).or_default()[usize::from(is_full)];
+        (*count, *seconds) = (*count + 1, *seconds + test.seconds);
+    }
+    let mut merged = BTreeMap::<(&str, &str), [(usize, f64); 2]>::new();
+    for ((program, folder), row) in rows {
+        let folder = if row[0].1 + row[1].1 < LEAST_OF_ROW { "others" } else { folder };
+        let sum = merged.entry((program, folder)).or_default();
+        sum.iter_mut().zip(row).for_each(|(sum, row)| *sum = (sum.0 + row.0, sum.1 + row.1));
+    }
+    let line = |(name, [fast, full]): (String, [(usize, f64); 2])| {
+        format!("{:6} {:7.0} s {:6} {:7.0} s  {name}", fast.0, fast.1, full.0, full.1)
+    };
+    let sum = |tier: usize| merged.values().fold((0, 0.0), |sum, row| (sum.0 + row[tier].0, sum.1 + row[tier].1));
+    let all = ("all".to_owned(), [sum(0), sum(1)]);
+    let head = " tests      fast  tests      full  program and folder".to_owned();
+    let rows = merged.iter().map(|((program, folder), row)| line((format!("{program} {folder}"), *row)));
+    [head].into_iter().chain(rows).chain([line(all)]).collect()
+}
+
 /// The tests in libtest's list, without ignored ones.
 pub fn listed_tests(all: &str, ignored: &str) -> Vec<Test> {
     let names = |list: &str| list.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect();
@@ -111,6 +147,26 @@ mod tests {
                 "     7.0 s  lanternfish-cli::command_line shot::is_read",
                 "     2.5 s  lanternfish rays::tests::gpu_rays",
                 "     0.0 s  lanternfish lights::tests::one",
+            ]
+        );
+    }
+
+    #[test]
+    fn times_are_summed_by_folder_and_tier() {
+        let test = |program: &str, name: &str, seconds| Test { program: program.into(), name: name.into(), seconds };
+        let tests = [
+            test("lanternfish", "rays::tests::gpu_rays", 8.0),
+            test("lanternfish", "rays::tests::gpu_walk", 40.0),
+            test("lanternfish", "lights::tests::one", 1.0),
+            test("lanternfish", "sky::tests::two", 2.0),
+        ];
+        let full = nextest_tests("lanternfish rays::tests::gpu_walk\nlanternfish-cli rays::tests::gpu_rays\n");
+        assert_eq!(
+            by_folder(&tests, &full)[1..],
+            [
+                "     2       3 s      0       0 s  lanternfish others",
+                "     1       8 s      1      40 s  lanternfish rays",
+                "     3      11 s      1      40 s  all",
             ]
         );
     }
