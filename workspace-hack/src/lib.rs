@@ -1,0 +1,1 @@
+//! Unifies the features of dependencies in tests of one crate with those of the workspace.
