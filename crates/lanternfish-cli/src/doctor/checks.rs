@@ -3,7 +3,7 @@
 use lanternfish::{
     Settings,
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
-    techniques::{Sampled, SampledLights},
+    techniques::{Bounces, Sampled, SampledLights},
 };
 use lanternfish_papers::Deep;
 
@@ -136,10 +136,13 @@ pub fn plans() -> Vec<Plan> {
     }
     for indirect in Indirect::all().into_iter().filter(|indirect| *indirect != Indirect::default()) {
         let settings = good().with_indirect(indirect.clone());
-        let is_physical = indirect.technique().is_some_and(|technique| technique.is_physical());
-        let kind = match is_physical {
-            true => against(Reference::OneBounce, settings, Limits::new(0.08, 0.03, 0.01)),
-            false => Kind::Twice(Box::new(settings)),
+        let reference = indirect.technique().and_then(|technique| technique.bounces()).map(|bounces| match bounces {
+            Bounces::UpTo(bounces) => Reference::Bounces(bounces),
+            Bounces::All => Reference::Full,
+        });
+        let kind = match reference {
+            Some(reference) => against(reference, settings, Limits::new(0.08, 0.03, 0.01)),
+            None => Kind::Twice(Box::new(settings)),
         };
         add(Group::IndirectLight, indirect.name(), Name::CornellLights, false, kind);
     }

@@ -54,8 +54,8 @@ pub enum Kind {
 pub enum Reference {
     /// Paths of two segments: direct light from lights or from the environment.
     Direct,
-    /// Paths of two or three segments.
-    OneBounce,
+    /// Paths of two segments, and of one more for each of so many bounces.
+    Bounces(u32),
     /// Paths of any length.
     Full,
     /// Visibility of the hemisphere above each surface.
@@ -68,7 +68,7 @@ impl Reference {
     fn settings(self, settings: &Settings) -> TracerSettings {
         let (integrator, max_depth) = match self {
             Self::Direct => (Integrator::Path, 2),
-            Self::OneBounce => (Integrator::Path, 3),
+            Self::Bounces(bounces) => (Integrator::Path, 2 + bounces),
             Self::Full => (Integrator::Path, UNLIMITED),
             Self::Visibility => (Integrator::Occlusion, UNLIMITED),
             Self::Obscurance => (Integrator::Obscurance { max_distance: 1.0 }, UNLIMITED),
@@ -89,7 +89,7 @@ impl Reference {
     fn samples(self) -> u64 {
         match self {
             Self::Direct | Self::Visibility | Self::Obscurance => 256,
-            Self::OneBounce | Self::Full => 192,
+            Self::Bounces(_) | Self::Full => 192,
         }
     }
 }

@@ -13,6 +13,7 @@ use std::fmt;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 use lanternfish_scene::named_enum;
 
+use self::radiance_cache::Bounces;
 use crate::{
     context::ViewContext,
     denoise::counters::Counters,
@@ -50,9 +51,9 @@ pub trait IndirectTechnique: AnyTechnique {
         Parts::NONE
     }
 
-    /// True if it approximates the light of a path tracer, with at least one bounce, and can be compared with one.
-    fn is_physical(&self) -> bool {
-        false
+    /// Bounces of a path tracer's light that it approximates; `None` if its light cannot be compared with one.
+    fn bounces(&self) -> Option<Bounces> {
+        None
     }
 
     /// Its tracers, beside that of shadow rays.

@@ -166,8 +166,8 @@ impl Technique for Sampled {
 }
 
 impl IndirectTechnique for Sampled {
-    fn is_physical(&self) -> bool {
-        true
+    fn bounces(&self) -> Option<Bounces> {
+        Some(self.bounces)
     }
 
     fn spend(&mut self, quality: Quality) {

@@ -12,6 +12,7 @@ use lanternfish::{
     settings::Settings,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
+    techniques::Bounces,
 };
 use lanternfish_scene::named_enum;
 
@@ -142,8 +143,8 @@ impl Technique for PhotonSplatting {
 }
 
 impl IndirectTechnique for PhotonSplatting {
-    fn is_physical(&self) -> bool {
-        true
+    fn bounces(&self) -> Option<Bounces> {
+        Some(Bounces::UpTo(self.bounces))
     }
 
     fn spend(&mut self, quality: Quality) {

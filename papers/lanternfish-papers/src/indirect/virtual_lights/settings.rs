@@ -12,6 +12,7 @@ use lanternfish::{
     settings::{Attenuation, Settings, Shadows},
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
+    techniques::Bounces,
 };
 
 use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLightPasses};
@@ -280,8 +281,8 @@ impl Technique for VirtualLights {
 }
 
 impl IndirectTechnique for VirtualLights {
-    fn is_physical(&self) -> bool {
-        true
+    fn bounces(&self) -> Option<Bounces> {
+        Some(Bounces::ONE)
     }
 
     fn spend(&mut self, quality: Quality) {

@@ -6,6 +6,7 @@ use crate::{
     gpu_scene::Parts,
     indirect::{
         IndirectPasses, IndirectTechnique, Quality,
+        radiance_cache::Bounces,
         sampled::{Sampled, SampledLight},
     },
     rays::Tracer,
@@ -88,8 +89,8 @@ impl Technique for Probes {
 }
 
 impl IndirectTechnique for Probes {
-    fn is_physical(&self) -> bool {
-        true
+    fn bounces(&self) -> Option<Bounces> {
+        Some(self.per_pixel.bounces)
     }
 
     fn spend(&mut self, quality: Quality) {
