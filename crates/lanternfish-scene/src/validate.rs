@@ -297,7 +297,7 @@ fn is_unit(v: Vec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, Environment, Image, Instance, Light, Mesh, Projection, TextureRef};
+    use crate::{Camera, Environment, Image, Instance, Light, Mesh, Projection, Texture, TextureRef};
 
     fn triangle() -> Scene {
         let primitive = Primitive {
@@ -334,7 +334,17 @@ mod tests {
     fn every_damage_is_named() {
         let primitive = |scene: &mut Scene, f: &dyn Fn(&mut Primitive)| f(&mut scene.meshes[0].primitives[0]);
         assert!(fault(|s| primitive(s, &|p| p.indices[2] = 3)).contains("index 3 of 3"));
-        assert!(fault(|s| primitive(s, &|p| p.indices.truncate(2))).contains("whole triangles"));
+        assert!(fault(|s| primitive(s, &|p| p.indices.truncate(2))).contains("2 indices are no whole triangles"));
+        assert!(fault(|s| primitive(s, &|p| p.normals.clear())).contains("0 normals for 3"));
+        assert!(fault(|s| primitive(s, &|p| p.colors = vec![Default::default(); 2])).contains("2 colors for 3"));
+        assert!(fault(|s| s.instances[0].world_from_object.translation.x = f32::NAN).contains("is not finite"));
+        assert!(fault(|s| s.instances[0].world_from_object.matrix3 *= f32::INFINITY).contains("is not finite"));
+        assert!(fault(|s| s.textures = vec![Texture { image: 1, sampler: 0 }]).contains("texture 0"));
+        assert!(fault(|s| s.textures = vec![Texture { image: 0, sampler: 0 }]).contains("texture 0"));
+        assert!(fault(|s| s.materials[0].perceptual_roughness = f32::NAN).contains("metallic, roughness"));
+        assert!(fault(|s| s.images[0] = Image::default()).contains("image 0"));
+        assert!(fault(|s| s.lights[0].position.x = f32::NAN).contains("light 0 (): its position"));
+        assert!(fault(|s| s.lights[0].intensity.y = f32::INFINITY).contains("light 0 (): its intensity"));
         assert!(fault(|s| primitive(s, &|p| p.normals[1] *= 1.01)).contains("normal 1"));
         assert!(fault(|s| primitive(s, &|p| p.positions[0].y = f32::NAN)).contains("position 0"));
         assert!(fault(|s| primitive(s, &|p| p.uv0.push(Default::default()))).contains("1 uv0"));

@@ -14,7 +14,7 @@ mod outline;
 pub(super) mod placed;
 pub(super) mod previous;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::collections::BTreeSet;
 

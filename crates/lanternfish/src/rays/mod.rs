@@ -13,7 +13,7 @@ mod ray_query;
 mod scene_kernel;
 mod structure;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod trace_pass;
 mod two_level;
 

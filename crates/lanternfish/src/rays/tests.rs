@@ -1,6 +1,19 @@
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back};
 use wgpu::{DeviceType, Features};
 
-use super::{Tracer, TracerChoice};
+use super::{RayTracer, TracedRay, Tracer, TracerChoice};
+use crate::GpuScene;
+
+/// Distances of rays to their first hits, m.
+pub fn distances(gpu: &Gpu, uploaded: &GpuScene, tracer: Tracer, rays: &[TracedRay]) -> Vec<f32> {
+    let traced = RayTracer::of(&gpu.device, &[tracer]).unwrap();
+    let buffer = traced.upload(&gpu.device, rays).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let actual = traced.record(&mut frame, uploaded, tracer, None, &buffer, rays.len() as u32).unwrap();
+    frame.submit();
+    read_back(&gpu.device, &gpu.queue, &actual, rays.len()).unwrap()
+}
 
 #[test]
 fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden() {

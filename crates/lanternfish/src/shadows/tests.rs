@@ -6,53 +6,71 @@ mod soft;
 mod vertex_grid;
 mod visibility;
 
+use glam::Vec3;
 use lanternfish_gpu::testing;
+use lanternfish_scene::{Light, Scene, generate};
 
 use super::{BLOCK_EDGE, FIRST_START, bands, check_row, even_row_starts, row_starts, split};
 use crate::{
     Renderer, Settings,
     rays::Tracer,
-    settings::{RayCulling, Samples, Shadows},
+    settings::{History, RayCulling, Samples, Shadows},
     shaders::constant,
+    testing::walks,
 };
 
+/// With one band, shading uses the bits that were traced for the visibility ratios; with several bands they are traced again.
 #[gpu_test]
 fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
-    let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
-    let camera = scene.cameras[0].clone();
-    scene.lights.extend(lanternfish_scene::generate::light_rain(&scene.bounds(), 70, Some(1.0), 1, 0.0));
-    let rendering = |samples, limits: [u64; 2], seed: u32| {
-        let mut scene = scene.clone();
-        scene.lights.truncate(scene.lights.len() - seed as usize);
-        let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_samples(samples);
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+    let mut rain = generate::demo("cornell").unwrap();
+    rain.lights.extend(generate::light_rain(&rain.bounds(), 30, Some(1.0), 1, 0.0));
+    let mut with_rectangle = rain.clone();
+    let down = Light::rectangle(Vec3::new(-0.4, 1.8, 0.2), -Vec3::Y, Vec3::X, [0.6, 0.3], Vec3::splat(6.0));
+    with_rectangle.lights.push(down);
+    let images = |settings: &Settings, scene: &Scene, limits: [u64; 2]| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let shadows = renderer.passes.shadows.as_mut().expect("shadows are on");
         [shadows.word_limit, shadows.dispatch_limit] = limits;
-        let uploaded = renderer.upload(&scene).unwrap();
-        let rendering = renderer.render(&uploaded, &camera, [72, 60]).unwrap();
-        let counter = |name: &str| rendering.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
-        let trace = rendering.report.commands.iter().find(|pass| pass.name == "shadows/trace").unwrap();
+        let uploaded = renderer.upload(scene).unwrap();
+        let [first, image] = [0, 1].map(|i| renderer.render(&uploaded, &walks::steps(2)[i], [56, 40]).unwrap());
+        let counter = |name: &str| image.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        let trace = image.report.commands.iter().find(|pass| pass.name == "shadows/trace").unwrap();
         let counts = [counter("shadows/bands").unwrap(), u64::from(trace.dispatches)];
-        (counts, counter("shadows/rays").unwrap(), rendering.radiance)
+        (counts, counter("shadows/rays").unwrap(), [first.radiance, image.radiance])
     };
-    for samples in [Samples::One, Samples::Four] {
-        let unlimited = u64::MAX;
-        let one = rendering(samples, [unlimited; 2], 0);
-        assert_eq!(one.0, [1, 1]);
-        // Nine blocks of 64 pixels with up to three words each, and some edges: one band, or one dispatch, holds one row of blocks.
-        let row = 9 * 64 * 4;
+    let hard = Settings::direct_light().with_shadows(Shadows::BVH).with_shadow_rays(5);
+    let four = hard.clone().with_samples(Samples::Four);
+    let soft = hard.clone().with_light_radius(0.2);
+    let accumulated = soft.clone().with_history(History::On);
+    let unlimited = u64::MAX;
+    // Words that a pixel may need: a bit for each hard light, eight for each area light, and twice for edges.
+    let mut rays = Vec::new();
+    for (name, settings, scene, words) in [
+        ("hard", hard, &rain, 2),
+        ("four samples", four, &rain, 4),
+        ("soft", soft, &rain, 9),
+        ("accumulated", accumulated, &with_rectangle, 9),
+    ] {
+        let one = images(&settings, scene, [unlimited; 2]);
+        assert!(one == images(&settings, scene, [unlimited; 2]), "{name}: not reproducible");
+        rays.push(one.1);
+        // Seven blocks of 64 pixels: one band, or one dispatch, holds one row of blocks.
+        let row = 7 * 64 * words;
         for (limits, is_expected) in [
-            ([row, unlimited], (|[bands, dispatches]| bands >= 4 && dispatches == bands) as fn([u64; 2]) -> bool),
-            ([unlimited, row], |[bands, dispatches]| bands == 1 && dispatches >= 4),
-            ([4 * row, 0], |[bands, dispatches]| bands <= 2 && dispatches == 8),
+            ([row, unlimited], (|[bands, _]| bands > 1) as fn([u64; 2]) -> bool),
+            ([unlimited, row], |[bands, dispatches]| bands == 1 && dispatches > 1),
+            ([2 * row, 0], |[_, dispatches]| dispatches >= 5),
         ] {
-            let many = rendering(samples, limits, 0);
-            println!("{samples} samples: {:?} bands and dispatches, {} rays", many.0, many.1);
-            assert!(is_expected(many.0), "{limits:?}: {:?}", many.0);
-            assert!(one.1 == many.1 && one.2 == many.2, "{limits:?} changes the image");
+            let many = images(&settings, scene, limits);
+            println!("{name}: {:?} bands and dispatches, {} rays", many.0, many.1);
+            assert!(is_expected(many.0), "{name}, {limits:?}: {:?}", many.0);
+            assert!(one.1 == many.1 && one.2 == many.2, "{name}: {limits:?} changes the image");
         }
-        assert!(rendering(samples, [unlimited; 2], 1).2 != one.2, "removing a light changes nothing");
+        let mut less = scene.clone();
+        less.lights.pop();
+        assert!(images(&settings, &less, [unlimited; 2]).2 != one.2, "{name}: removing a light changes nothing");
     }
+    assert_eq!(rays[2], 5 * rays[0], "five rays where there was one");
 }
 
 #[test]

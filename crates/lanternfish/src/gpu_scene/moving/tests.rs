@@ -256,13 +256,18 @@ fn compare(gpu: &Gpu, renderer: &Renderer, name: &str, rest: &Scene) {
     );
 }
 
+fn tracing(gpu: &Gpu) -> Renderer {
+    Renderer::with_engine(&testing::engine(gpu), Settings::direct_light().with_shadows(Shadows::BVH)).unwrap()
+}
+
 #[gpu_test]
 fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
-    let test = "gpu_deformations_on_device_and_host_agree";
-    let Some(gpu) = testing::gpu(test) else { return };
-    let settings = Settings::direct_light().with_shadows(Shadows::BVH);
-    let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    compare(gpu, &renderer, "generated", &scene());
+    compare(gpu, &tracing(gpu), "generated", &scene());
+}
+
+#[gpu_test(full)]
+fn gpu_deformations_of_files_on_device_and_host_agree(gpu: &Gpu) {
+    let renderer = tracing(gpu);
     for sample in [
         "AnimatedCube/AnimatedCube.gltf",
         "AnimatedTriangle/AnimatedTriangle.gltf",
@@ -277,7 +282,8 @@ fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
         "SimpleMorph/SimpleMorph.gltf",
         "SimpleSkin/SimpleSkin.gltf",
     ] {
-        let Some(path) = testing::shared(test, &format!("assets/conformance/{sample}")) else { return };
+        let path = format!("assets/conformance/{sample}");
+        let Some(path) = testing::shared("deformations of files", &path) else { return };
         compare(gpu, &renderer, sample, &lanternfish_scene::load(path.to_str().unwrap()).unwrap());
     }
 }

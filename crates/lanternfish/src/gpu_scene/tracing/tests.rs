@@ -1,6 +1,6 @@
 //! Gathering, order, and packing of masks.
 
-use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
+use lanternfish_gpu::testing::{self, Memory};
 use lanternfish_scene::{AlphaMode, Image, Instance, Mesh, Sampler, Texture, TextureRef};
 
 use super::*;
@@ -107,21 +107,13 @@ fn gpu_records_and_headers_are_read_as_they_are_packed(gpu: &Gpu) {
     let tracing = Tracing::new(&scene, ANY);
 
     let kernel = probe(gpu, "testing/masks", &[], "read_masks");
-    let none = wgpu::BufferUsages::empty();
-    let words = storage_buffer_of(&gpu.device, "masks", &tracing.masks, none).unwrap();
-    let found_records = storage_buffer(&gpu.device, "records", 2 * size_of::<MaskRecord>() as u64).unwrap();
-    let found_headers = storage_buffer(&gpu.device, "headers", 2 * size_of::<MaskHeader>() as u64).unwrap();
-    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let bindings = Bindings::new()
-        .buffer("masks", &words)
-        .buffer("found_records", &found_records)
-        .buffer("found_headers", &found_headers);
-    frame.dispatch(&kernel, &bindings, [1, 1, 1]);
-    frame.submit();
-    let actual: Vec<MaskRecord> = read_back(&gpu.device, &gpu.queue, &found_records, 2).unwrap();
-    assert_eq!(actual, records(&tracing));
-    let actual: Vec<MaskHeader> = read_back(&gpu.device, &gpu.queue, &found_headers, 2).unwrap();
+    let mut memory = Memory::new();
+    memory.bind(&["masks"], &tracing.masks);
+    memory.bind(&["found_records"], &[MaskRecord::default(); 2]);
+    memory.bind(&["found_headers"], &[MaskHeader::default(); 2]);
+    memory.run(gpu, &kernel, [1, 1, 1]);
+    assert_eq!(memory.get::<MaskRecord>("found_records"), records(&tracing));
+    let actual: Vec<MaskHeader> = memory.get("found_headers");
     assert_eq!(actual, [0, 1].map(|record| header(&tracing, record)));
 
     let differ = |words: &[u32]| words.iter().collect::<std::collections::BTreeSet<_>>().len() == words.len();

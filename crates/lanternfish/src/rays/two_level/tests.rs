@@ -4,7 +4,7 @@ mod counts;
 mod moves;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec4};
-use lanternfish_gpu::{Frame, Gpu, Made, Profiler, read_back, testing};
+use lanternfish_gpu::{Gpu, Made, read_back, testing};
 use lanternfish_scene::{
     AlphaMode, Camera, Image, Instance, Light, Material, Mesh, Sampler, Scene, Texture, TextureRef,
 };
@@ -12,7 +12,7 @@ use lanternfish_scene::{
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     gpu_scene::IS_FORCED,
-    rays::{RayTracer, TracedRay},
+    rays::{TracedRay, tests::distances},
     settings::{History, Shadows, Tracer},
     techniques::{Bounces, Sampled, SampledLights},
     testing::{Random, looking, quad, scene_of},
@@ -78,16 +78,6 @@ fn renderer(gpu: &Gpu, tracer: Tracer) -> Renderer {
     Renderer::with_engine(&testing::engine(gpu), settings(tracer)).unwrap()
 }
 
-fn distances(gpu: &Gpu, uploaded: &GpuScene, tracer: Tracer, rays: &[TracedRay]) -> Vec<f32> {
-    let traced = RayTracer::of(&gpu.device, &[tracer]).unwrap();
-    let buffer = traced.upload(&gpu.device, rays).unwrap();
-    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let actual = traced.record(&mut frame, uploaded, tracer, None, &buffer, rays.len() as u32).unwrap();
-    frame.submit();
-    read_back(&gpu.device, &gpu.queue, &actual, rays.len()).unwrap()
-}
-
 fn rays(count: usize) -> Vec<TracedRay> {
     let mut random = Random::new(3);
     let ray = |_| {
@@ -138,54 +128,6 @@ fn gpu_rays_hit_the_same_through_trees_of_the_device(gpu: &Gpu) {
         let [wrong, hits] = differing(&host.0, &device.0);
         assert!(wrong <= hits / 2000 && hits > 5000, "{tracer}: {wrong} of {hits}");
         assert!(host.1 != device.1, "{tracer}: the host has built both");
-    }
-}
-
-#[gpu_test]
-fn gpu_images_are_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
-    let mut scene = copies(200);
-    let size = [60, 40];
-    let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| renderer(gpu, tracer));
-    let mut uploaded = two.upload(&scene).unwrap();
-    let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
-        renderer.render(uploaded, &camera(), size).unwrap().display.as_flattened().to_vec()
-    };
-    let fresh = |renderer: &mut Renderer, scene: &Scene| {
-        let uploaded = renderer.upload(scene).unwrap();
-        image(renderer, &uploaded)
-    };
-    let off = |a: &[u8], b: &[u8]| a.chunks(4).zip(b.chunks(4)).filter(|(a, b)| a != b).count();
-    let first = image(&mut two, &uploaded);
-    assert!(off(&fresh(&mut flat, &scene), &first) <= 6);
-    let mut random = Random::new(11);
-    for step in 0..6 {
-        let moved: Vec<(usize, Affine3A)> = (0..60)
-            .map(|i| {
-                // No flat ones and no others.
-                let instance = 20 + 3 * i;
-                let shift = Affine3A::from_translation(2.0 * random.point());
-                (instance, shift * scene.instances[instance].world_from_object)
-            })
-            .collect();
-        moved.iter().for_each(|(instance, transform)| scene.instances[*instance].world_from_object = *transform);
-        match step % 2 {
-            0 => {
-                let sent = two.move_instances(&mut uploaded, &moved).unwrap();
-                assert!(sent.bytes > 0 && sent.bytes < 300_000, "{sent:?}");
-            }
-            _ => two.update(&mut uploaded, &scene).unwrap(),
-        }
-        let shown = image(&mut two, &uploaded);
-        assert_eq!(shown, fresh(&mut two, &scene), "step {step}");
-        assert!(off(&shown, &first) > 100, "nothing has moved");
-    }
-    // The floor has no tree of its own, and a flat copy neither.
-    let scaled = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
-    for wrong in [(0, Affine3A::from_translation(Vec3::Y)), (20, scaled)] {
-        assert!(matches!(two.move_instances(&mut uploaded, &[wrong]), Err(RenderError::NeedsUpdate { .. })));
-        scene.instances[wrong.0].world_from_object = wrong.1;
-        two.update(&mut uploaded, &scene).unwrap();
-        assert_eq!(image(&mut two, &uploaded), fresh(&mut two, &scene));
     }
 }
 
@@ -261,7 +203,7 @@ fn gpu_hits_are_lit_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
 }
 
 /// After a move, frames with a history come as close to the light of the new state as in one level.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_indirect_light_follows_instances_in_two_levels(gpu: &Gpu) {
     let mut scene = copies(200);
     scene.sky = Vec3::new(0.4, 0.5, 0.8);

@@ -5,7 +5,7 @@ use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scene, Texture, TextureRef};
 
 use crate::{
-    GpuScene, Renderer, Settings,
+    Renderer, Settings,
     settings::{Indirect, Samples, Shadows, Tracer},
     shaders::{self, SHADERS},
     techniques::{Denoise, HitLight, Sampled, SampledLights},
@@ -118,39 +118,6 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         let settings = if module.contains("sampled") { few.clone() } else { direct() };
         let wrong = error(&drawn(&engine, settings, &scene, &camera), &of_sun[0], &of_sun[1]);
         assert!(wrong > 0.05, "blind to {to}: {wrong}");
-    }
-}
-
-/// A pane's and a leaf's shadow after an update of their materials is that of a fresh upload.
-#[gpu_test]
-fn gpu_shadows_of_panes_follow_their_materials(gpu: &Gpu) {
-    let (before, camera) = scene_with_panes();
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), direct()).unwrap();
-    let mut uploaded = renderer.upload(&before).unwrap();
-    let shown =
-        |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, [32, 32]).unwrap().radiance;
-    type Change = fn(&mut Material);
-    let changes: [(usize, Change); 3] = [
-        (1, |red| red.base_color = Vec3::new(0.1, 0.8, 0.2).extend(1.0)),
-        (2, |blue| (blue.metallic, blue.ior) = (0.5, 1.8)),
-        (3, |leaf| leaf.base_color.w = 0.2),
-    ];
-    let (mut scene, mut last) = (before.clone(), shown(&mut renderer, &uploaded));
-    for all_at_once in [false, true] {
-        for (index, change) in changes {
-            if all_at_once {
-                scene.materials[index] = before.materials[index].clone();
-                renderer.update(&mut uploaded, &scene).unwrap();
-            } else {
-                change(&mut scene.materials[index]);
-                renderer.set_material(&mut uploaded, index, &scene.materials[index]).unwrap();
-            }
-            let fresh = renderer.upload(&scene).unwrap();
-            let (updated, expected) = (shown(&mut renderer, &uploaded), shown(&mut renderer, &fresh));
-            let changed = updated.iter().zip(&last).filter(|(now, then)| now != then).count();
-            assert!(updated == expected && changed > 30, "material {index}, {all_at_once}: {changed} pixels changed");
-            last = updated;
-        }
     }
 }
 

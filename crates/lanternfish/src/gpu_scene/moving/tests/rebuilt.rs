@@ -2,33 +2,24 @@
 
 use std::time::Duration;
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Mat3A, Vec3};
 use lanternfish_gpu::{Gpu, read_back, testing};
-use lanternfish_scene::{AlphaMode, Material, Scene, generate};
+use lanternfish_scene::Scene;
 use obvhs::cwbvh::node::CwBvhNode;
 
 use super::{
-    super::super::tracing::{assert_same_corners, differing, pose},
+    super::super::{
+        tracing::{assert_same_corners, differing, pose},
+        update::tests::{few_rays, scene},
+    },
     read,
 };
 use crate::{
     GpuScene, Renderer, Settings,
     gpu_scene::tracing::refit::{box_of, cost, outside},
-    settings::{DebugView, Shadows, Tracer},
-    techniques::Sampled,
-    testing::{apart, moved},
+    settings::{DebugView, Shadows},
+    testing::moved,
 };
-
-/// The Cornell box in light rain and in parts: one part has an alpha mask, and one is emissive.
-fn scene() -> Scene {
-    let mut scene = apart(&generate::demo("cornell").unwrap());
-    scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(0.8), 1, 0.0));
-    scene.meshes[4].primitives[0].material = scene.materials.len();
-    let base_color = Vec3::new(0.3, 0.6, 0.8).extend(0.6);
-    let alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
-    scene.materials.push(Material { base_color, alpha_mode, double_sided: true, ..Material::default() });
-    scene
-}
 
 fn is_emissive(scene: &Scene, instance: usize) -> bool {
     let mut primitives = scene.meshes[scene.instances[instance].mesh].primitives.iter();
@@ -61,9 +52,9 @@ fn wait(renderer: &Renderer, uploaded: &mut GpuScene, transforms: &[(usize, Affi
 /// Pixels that are not those of a fresh upload.
 fn wrong(gpu: &Gpu, renderer: &mut Renderer, uploaded: &GpuScene, now: &Scene) -> usize {
     let fresh = renderer.upload(now).unwrap();
-    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], [64, 64]).unwrap().radiance;
+    let mut shown = |uploaded| renderer.render(uploaded, &now.cameras[0], [48, 48]).unwrap().radiance;
     let (seen, expected) = (shown(uploaded), shown(&fresh));
-    assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 500, "the image is not black");
+    assert!(expected.iter().filter(|pixel| pixel[..3] != [0.0; 3]).count() > 250, "the image is not black");
     // A card may decide ties between triangles by the order of its tree: rays draw other noise then, as with corners a rounding apart.
     let is_exact = gpu.description.kind == wgpu::DeviceType::Cpu;
     let placed = pose(now, uploaded.placed.parts(), uploaded.placed.sources());
@@ -80,47 +71,61 @@ fn check(gpu: &Gpu, uploaded: &GpuScene, now: &Scene) {
     assert_same_corners(&actual.corners, &expected);
     let nodes: &[CwBvhNode] = bytemuck::cast_slice(&actual.nodes);
     assert_eq!(outside(nodes, &actual.corners), (0, expected.len()));
+    // The test can fail: the boxes do not contain triangles that have moved.
+    assert!(outside(nodes, &pose(&moved(now, 1, 0.3), placed.parts(), placed.sources())).0 > 0);
 }
 
+/// Moves by the device and by updates, before and after a tree from the background replaces the first one. An instance scaled to zero is
+/// invisible from the upload on; a move makes it visible, and another mirrors it.
 #[gpu_test]
-fn gpu_background_rebuild_renders_like_a_fresh_upload(gpu: &Gpu) {
-    let test = "gpu_background_rebuild_renders_like_a_fresh_upload";
+fn gpu_moves_and_a_rebuild_render_like_a_fresh_upload(gpu: &Gpu) {
     let before = scene();
-    let direct = |shadows| Settings::direct_light().with_shadows(shadows);
-    let usual = Sampled { tracer: Tracer::BVH.into(), ..Sampled::default() };
-    let sampled = Sampled { diffuse_rays: 1, first_rays: 1, glossy_rays: 1, cache_samples: 2, ..usual };
-    let requested = [
-        ("bvh", direct(Shadows::BVH)),
-        ("sampled", direct(Shadows::BVH).with_indirect(sampled)),
-        ("sampled, and ray query", direct(Shadows::RAY_QUERY).with_indirect(sampled)),
-    ];
-    for (name, settings) in requested {
-        if settings.shadows.technique == Shadows::RAY_QUERY && !gpu.description.ray_query {
-            testing::left_out(test, "this adapter has no ray query");
+    let [mut hidden, mut mirrored] = [(); 2].map(|()| elsewhere(&before, 5));
+    for i in (3..before.instances.len()).filter(|i| !is_emissive(&before, *i)) {
+        hidden.instances[i].world_from_object.matrix3 *= 0.0;
+    }
+    mirrored.instances[4].world_from_object.matrix3.x_axis *= -1.0;
+    let mut without = hidden.clone();
+    without.instances.retain(|instance| instance.world_from_object.matrix3 != Mat3A::ZERO);
+    let at = |seed: u64| elsewhere(&before, seed);
+    for shadows in [Shadows::BVH, Shadows::RAY_QUERY] {
+        if shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
+            testing::left_out("moves and a rebuild", "this adapter has no ray query");
             continue;
         }
         // The adapter's own structure has triangles in another order: at shared edges a ray may hit either.
-        let allowed = if settings.shadows.technique == Shadows::RAY_QUERY { 64 * 64 / 500 } else { 0 };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        let mut uploaded = renderer.upload(&before).unwrap();
-        let now = elsewhere(&before, 2);
-        let sources = uploaded.placed.sources().to_vec();
-        renderer.move_instances(&mut uploaded, &transforms(&now)).unwrap();
-        let calls = wait(&renderer, &mut uploaded, &transforms(&now));
-        println!("{name}: the tree was rebuilt after {calls:?} calls");
-        assert!(calls.is_some(), "{name}");
-        assert_ne!(uploaded.placed.sources(), sources, "{name}: the triangles have another order");
-        check(gpu, &uploaded, &now);
-        assert!(wrong(gpu, &mut renderer, &uploaded, &now) <= allowed, "{name}");
-        // It goes on from there: by the device, by the host, and by the device again.
-        for (seed, by_device) in [(5, true), (6, false), (7, true)] {
-            let now = elsewhere(&before, seed);
+        let allowed = if shadows == Shadows::RAY_QUERY { 48 * 48 / 500 } else { 0 };
+        let direct = Settings::direct_light().with_shadows(shadows);
+        let [mut plain, mut renderer] = [direct.clone(), direct.with_indirect(few_rays())]
+            .map(|settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap());
+        let [seen, expected] = [&hidden, &without].map(|scene| {
+            let uploaded = plain.upload(scene).unwrap();
+            plain.render(&uploaded, &before.cameras[0], [48, 48]).unwrap().radiance
+        });
+        assert!(seen.iter().zip(&expected).filter(|(seen, expected)| seen != expected).count() <= allowed, "{shadows}");
+        let mut uploaded = renderer.upload(&hidden).unwrap();
+        let step = |renderer: &mut Renderer, uploaded: &mut GpuScene, now: &Scene, by_device: bool| {
             match by_device {
-                true => drop(renderer.move_instances(&mut uploaded, &transforms(&now)).unwrap()),
-                false => renderer.update(&mut uploaded, &now).unwrap(),
+                true => drop(renderer.move_instances(uploaded, &transforms(now)).unwrap()),
+                false => renderer.update(uploaded, now).unwrap(),
             }
-            check(gpu, &uploaded, &now);
-            assert!(wrong(gpu, &mut renderer, &uploaded, &now) <= allowed, "{name}: {seed}");
+            check(gpu, uploaded, now);
+            let wrong = wrong(gpu, renderer, uploaded, now);
+            assert!(wrong <= allowed, "{shadows}: {wrong} pixels");
+        };
+        for (now, by_device) in [(at(5), true), (mirrored.clone(), true), (hidden.clone(), true), (at(6), false)] {
+            step(&mut renderer, &mut uploaded, &now, by_device);
+        }
+        let now = at(2);
+        step(&mut renderer, &mut uploaded, &now, true);
+        let sources = uploaded.placed.sources().to_vec();
+        let calls = wait(&renderer, &mut uploaded, &transforms(&now));
+        println!("{shadows}: the tree was rebuilt after {calls:?} calls");
+        assert!(calls.is_some(), "{shadows}");
+        assert_ne!(uploaded.placed.sources(), sources, "{shadows}: the triangles have another order");
+        // It goes on from there.
+        for (now, by_device) in [(now, true), (at(6), false), (at(5), true)] {
+            step(&mut renderer, &mut uploaded, &now, by_device);
         }
     }
 }

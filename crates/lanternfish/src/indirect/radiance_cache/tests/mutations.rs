@@ -1,5 +1,7 @@
 //! Mutation tests: the comparisons detect shaders with an error.
 
+use std::ops::Range;
+
 use super::*;
 
 /// An edit of a file of `indirect/radiance_cache/`, or of another one below `src/`: module, old text and new text.
@@ -206,8 +208,8 @@ const EDITS: [(Comparison, &[Edit]); 7] = [
     ),
 ];
 
-/// Edits that are not detected, of one in `every` edits of each comparison.
-fn undetected(gpu: &'static Gpu, every: usize) -> Vec<Edit> {
+/// Edits that are not detected, of one in `every` edits of each of these comparisons.
+fn undetected(gpu: &'static Gpu, comparisons: Range<usize>, every: usize) -> Vec<Edit> {
     let is_undetected = |comparison: Comparison, (module, text, by): Edit| {
         let path = if module.contains('/') { module.to_owned() } else { format!("indirect/radiance_cache/{module}") };
         comparison(&Bench::new(gpu, edited_library(&path, text, by))).is_ok()
@@ -216,17 +218,22 @@ fn undetected(gpu: &'static Gpu, every: usize) -> Vec<Edit> {
         let edits = edits.iter().copied().step_by(every);
         edits.filter(|edit| is_undetected(*comparison, *edit)).collect::<Vec<_>>()
     };
-    EDITS.iter().flat_map(of).collect()
+    EDITS[comparisons].iter().flat_map(of).collect()
 }
 
 #[gpu_test]
 fn gpu_wrong_shaders_are_detected(gpu: &Gpu) {
-    assert_eq!(undetected(gpu, 12), []);
+    assert_eq!(undetected(gpu, 0..EDITS.len(), 100), []);
 }
 
 #[gpu_test(full)]
-fn gpu_every_wrong_shader_is_detected(gpu: &Gpu) {
-    assert_eq!(undetected(gpu, 1), []);
+fn gpu_every_wrong_table_and_vote_is_detected(gpu: &Gpu) {
+    assert_eq!(undetected(gpu, 0..4, 1), []);
+}
+
+#[gpu_test(full)]
+fn gpu_every_wrong_schedule_and_mean_is_detected(gpu: &Gpu) {
+    assert_eq!(undetected(gpu, 4..EDITS.len(), 1), []);
 }
 
 /// An edit of a missing text or file is refused.
