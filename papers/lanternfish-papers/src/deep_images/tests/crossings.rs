@@ -57,17 +57,10 @@ fn gpu_crossed_texels_and_compared_fragments_are_the_cpu_references(gpu: &Gpu) {
     };
     let stepped = counts(gpu, ACROSS_TEXELS, &linear, &rays);
     assert!(stepped.iter().zip(&actual).all(|(a, b)| a[0] == b[0]) && stepped != actual);
-}
 
-/// "Ideally, the projection and ray direction are identical: no pixel crossings are necessary" [Niessner2010, §3.2].
-#[gpu_test]
-fn gpu_a_ray_along_an_images_axis_crosses_no_border(gpu: &Gpu) {
-    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
-    let images = build(gpu, &scene, settings(DeepBuilder::PerTriangle));
-    let center = images.chunks[0].grid.center;
-    let mut random = Random::new(19);
-    let rays: Vec<TracedRay> =
-        images.directions.axes().iter().map(|axis| images.ray(center + 0.1 * random.point(), *axis, 0.0)).collect();
+    // "Ideally, the projection and ray direction are identical: no pixel crossings are necessary" [Niessner2010, §3.2].
+    let axes = images.directions.axes().iter();
+    let rays: Vec<TracedRay> = axes.map(|axis| images.ray(grid.center + 0.1 * random.point(), *axis, 0.0)).collect();
     // Rays that hit: others go on to the image's border.
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let hits = distances(gpu, &tracer, &scene, (ACROSS_TEXELS, Some(&images)), &rays);
@@ -76,11 +69,8 @@ fn gpu_a_ray_along_an_images_axis_crosses_no_border(gpu: &Gpu) {
     assert!(hits.iter().filter(|hit| **hit >= 0.0).count() > rays.len() / 2, "{hits:?}");
     // An axis that lies within rounding of a border may step over it once.
     assert!(crossing <= 1, "{actual:?}");
-}
 
-#[gpu_test]
-fn gpu_only_deep_images_are_counted(gpu: &Gpu) {
     let linked = DeepImageSettings { store: DeepStore::LinkedList, ..DeepImageSettings::default() };
-    assert!(RayCounter::new(&gpu.device, Tracer::BVH, &linked).is_err());
+    assert!(RayCounter::new(&gpu.device, Tracer::BVH, &linked).is_err(), "only deep images are counted");
     assert!(RayCounter::new(&gpu.device, ACROSS_TEXELS, &linked).is_ok());
 }

@@ -3,12 +3,9 @@
 mod builders;
 mod combinations;
 mod crossings;
-mod depth_peeling;
 mod faults;
 mod moving;
-mod nearest;
 mod plain;
-mod ray_query;
 mod slices;
 mod sorts;
 mod stores;
@@ -34,8 +31,11 @@ pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
 }
 
 pub(super) fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
+    record(gpu, &mut DeepImageBuilder::new(&gpu.device, settings).unwrap(), scene)
+}
+
+fn record(gpu: &Gpu, builder: &mut DeepImageBuilder, scene: &GpuScene) -> DeepImages {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let images = builder.record(&mut frame, scene).unwrap();
     frame.submit();

@@ -9,11 +9,13 @@ use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer_
 use super::{build, distances, frame_of, lists, settings, upload};
 use crate::{
     ACROSS_TEXELS, DeepBuilder, DeepImageSettings, DeepStore,
-    deep_images::{DeepImages, Fragment, cpu_reference},
+    deep_images::{DeepImages, Fragment, cpu_reference, directions::DirectionSet},
     testing::{self, Random, probe},
 };
 
 const RAYS: usize = 2000;
+/// Few: the CPU follows each ray through its image, and any will do.
+const SET: DirectionSet = DirectionSet::Cube { k: 1 };
 
 /// Rays from points within the scene.
 fn rays(images: &DeepImages) -> Vec<TracedRay> {
@@ -47,8 +49,13 @@ fn gpu_without_tests_of_triangles_the_first_fragment_is_hit(gpu: &Gpu) {
     let scene = upload(gpu, &lanternfish_scene::generate::demo("atrium").unwrap());
     for store in [DeepStore::LinearArray, DeepStore::SortedLinkedList] {
         let others = [false, true].map(|tests_triangles| {
-            let settings =
-                DeepImageSettings { store, tests_triangles, merge_texels: 0.0, ..settings(DeepBuilder::PerTriangle) };
+            let settings = DeepImageSettings {
+                directions: SET,
+                store,
+                tests_triangles,
+                merge_texels: 0.0,
+                ..settings(DeepBuilder::PerTriangle)
+            };
             let images = build(gpu, &scene, settings);
             let (rays, lists) = (rays(&images), lists(gpu, &images, &images.chunks[0]));
             let differs = |(ray, [distance, triangle]): &(&TracedRay, [f32; 2])| {
@@ -71,7 +78,8 @@ fn gpu_rays_across_texels_have_the_tolerance_of_the_settings(gpu: &Gpu) {
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let mut misses = Vec::new();
     for tolerance in [0.0, 0.5, 2.0] {
-        let images = build(gpu, &scene, DeepImageSettings { tolerance, ..settings(DeepBuilder::PerTriangle) });
+        let images =
+            build(gpu, &scene, DeepImageSettings { directions: SET, tolerance, ..settings(DeepBuilder::PerTriangle) });
         let (rays, lists) = (rays(&images), lists(gpu, &images, &images.chunks[0]));
         let actual = distances(gpu, &tracer, &scene, (ACROSS_TEXELS, Some(&images)), &rays);
         let grid = &images.chunks[0].grid;

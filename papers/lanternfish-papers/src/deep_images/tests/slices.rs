@@ -9,7 +9,7 @@ use lanternfish_gpu::{Gpu, faulty_software};
 use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
 
 use crate::{
-    DeepImageSettings, WITHIN_TEXEL,
+    DeepImageSettings, DirectionSet, WITHIN_TEXEL,
     testing::{self, apart},
 };
 
@@ -18,9 +18,14 @@ const SIZE: [u32; 2] = [40, 30];
 fn settings(slices: u32) -> Settings {
     let clamp = IndirectClamp::Off;
     let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
-    Settings::direct_light()
-        .with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..rays })
-        .with_structure(DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() })
+    Settings::direct_light().with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..rays }).with_structure(
+        DeepImageSettings {
+            directions: DirectionSet::ZonalEqualArea { count: 40 },
+            resolution: 32,
+            slices,
+            ..DeepImageSettings::default()
+        },
+    )
 }
 
 fn scene() -> Scene {
@@ -91,7 +96,7 @@ fn gpu_slices_of_deep_images_are_built_one_per_frame() {
     let inside = block(&scene);
     let rest = scene.instances[inside].world_from_object;
     let (mut ages, mut apart) = (Vec::new(), 0.0_f32);
-    for step in 1..=10 {
+    for step in 1..=6 {
         let moved = [(inside, Affine3A::from_translation(0.04 * step as f32 * Vec3::Y) * rest)];
         at_once.move_instances(&mut all, &moved).unwrap();
         by_slices.move_instances(&mut sliced, &moved).unwrap();

@@ -40,7 +40,7 @@ fn gpu_linked_lists_refuse_depths_in_16_bits(gpu: &Gpu) {
 }
 
 /// More fragments than a binding holds, in three images: each single image fits.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_images_that_are_too_full_for_one_chunk_are_split(gpu: &Gpu) {
     let test = "gpu_images_that_are_too_full_for_one_chunk_are_split";
     let limit = gpu.device.limits().max_storage_buffer_binding_size / 4;

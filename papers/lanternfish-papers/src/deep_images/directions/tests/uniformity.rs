@@ -72,6 +72,7 @@ fn zonal_regions_are_small() {
     }
 }
 
+#[derive(Debug)]
 struct Evenness {
     /// Root mean square and largest error of 2 / N Σ |cos θ| over normals, where 1 is exact [Aalund2015, eq. 2].
     cosine_sum: [f64; 2],
@@ -107,22 +108,9 @@ fn evenness(directions: &Directions) -> Evenness {
 
 #[test]
 fn the_zonal_set_is_the_most_even() {
-    println!("set                images  cosine sum: rms, max error  neighbours: least, most  off axis: mean, most");
     let measured = |set: DirectionSet| {
-        let directions = Directions::new(set).unwrap();
-        let even = evenness(&directions);
-        let (c, n, o) = (even.cosine_sum, even.neighbor, even.off_axis);
-        println!(
-            "{:<19}{:>5}   {:>8.3} % {:>7.3} %       {:>6.2}° {:>6.2}°          {:>5.2}° {:>6.2}°",
-            format!("{set:?}").split(' ').next().unwrap(),
-            directions.len(),
-            100.0 * c[0],
-            100.0 * c[1],
-            n[0],
-            n[1],
-            o[0],
-            o[1],
-        );
+        let even = evenness(&Directions::new(set).unwrap());
+        println!("{set:?}: {even:.3?}");
         even
     };
     for (stacks, k) in [(3, 2), (5, 3), (7, 4), (10, 6), (13, 8), (23, 13)] {
