@@ -28,42 +28,29 @@ fn draw(gpu: &Gpu, changes: &[(&str, &str)]) -> Drawn {
     (drawn.radiance, drawn.report.counters)
 }
 
-/// What differs without a paper: the image, or a counter of this name.
-fn check(gpu: &Gpu, changes: &[(&str, &str)], counter: Option<&str>) {
-    let (all, without) = (draw(gpu, &[]), draw(gpu, changes));
-    let Some(name) = counter else {
-        assert_ne!(all.0, without.0, "{changes:?}: the same image");
-        return;
-    };
-    let [all, without] = [all, without].map(|(_, counters)| counters.into_iter().find(|(it, _)| it == name));
-    assert!(all.is_some() || without.is_some(), "nothing counts {name}");
-    assert_ne!(all, without, "{changes:?}");
-}
-
+/// Each paper changes the image, or a counter where it must not.
 #[gpu_test]
-fn gpu_five_culls_rays_by_facing(gpu: &Gpu) {
-    check(gpu, &[("ray-culling", "none")], Some("shadows/rays"));
-}
-
-#[gpu_test]
-fn gpu_five_culls_lights_by_clusters(gpu: &Gpu) {
-    check(gpu, &[("culling", "all")], Some("light_culling/visible_clusters"));
-}
-
-#[gpu_test]
-fn gpu_five_traces_virtual_lights_across_texels(gpu: &Gpu) {
-    check(gpu, &[("vpl-shadows", "bvh")], None);
-}
-
-#[gpu_test]
-fn gpu_five_occludes_by_layered_depth_maps(gpu: &Gpu) {
-    check(gpu, &[("occlusion", "none")], None);
-}
-
-#[gpu_test]
-fn gpu_five_ranges_virtual_lights_by_compound_deep_images(gpu: &Gpu) {
-    check(gpu, &[("vpl-ranges", "unlimited")], None);
-    check(gpu, &[("indirect", "none")], None);
+fn gpu_each_of_the_five_does_something(gpu: &Gpu) {
+    let all = draw(gpu, &[]);
+    for (name, value, counter) in [
+        ("ray-culling", "none", Some("shadows/rays")),
+        ("culling", "all", Some("light_culling/visible_clusters")),
+        // Across texels.
+        ("vpl-shadows", "bvh", None),
+        // By layered depth maps.
+        ("occlusion", "none", None),
+        // By compound deep images.
+        ("vpl-ranges", "unlimited", None),
+        ("indirect", "none", None),
+    ] {
+        let without = draw(gpu, &[(name, value)]);
+        let Some(counter) = counter else {
+            assert_ne!(all.0, without.0, "{name} {value}: the same image");
+            continue;
+        };
+        let [all, without] = [&all, &without].map(|(_, counters)| counters.iter().find(|(it, _)| it == counter));
+        assert!((all.is_some() || without.is_some()) && all != without, "{name} {value}: {all:?} and {without:?}");
+    }
 }
 
 /// The cube of shadow rays and the stacks of ranges are both there, beside the maps of occlusion, which are its own.

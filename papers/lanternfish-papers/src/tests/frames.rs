@@ -3,11 +3,11 @@
 use glam::{Vec3, Vec4};
 use lanternfish::{
     Change, RenderError, Renderer, Settings, Target, ViewRequest,
-    settings::{DebugView, History, Indirect, Materials, Samples, Shadows},
+    settings::{History, Materials, Samples, Shadows},
     techniques::Sampled,
 };
 use lanternfish_gpu::{Frame, Gpu, Growth, Profiler, read_texture};
-use lanternfish_scene::{Camera, Light, Material, generate::demo};
+use lanternfish_scene::{Camera, Light, Material, Scene, generate::demo};
 
 use crate::{
     ACROSS_TEXELS, Deep, DeepImageSettings, DirectionSet, Hbao, PhotonSplatting, RasterGrid, VirtualLights,
@@ -105,16 +105,6 @@ fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
     assert_eq!(actual.radiance, fresh.render(&its_own, camera, [32, 24]).unwrap().radiance);
 }
 
-/// A debug view disables passes that it does not show, but the renderer reports the settings as given.
-#[gpu_test]
-fn gpu_settings_come_back_as_they_were_given(gpu: &Gpu) {
-    for view in [DebugView::BaseColor, DebugView::Normal] {
-        let occlusion = Hbao { radius: 2.0, ..Hbao::default() };
-        let given = Settings::default().with_debug_view(Some(view)).with_occlusion(occlusion);
-        assert_eq!(*Renderer::with_engine(&engine(gpu), given.clone()).unwrap().settings(), given);
-    }
-}
-
 #[gpu_test]
 fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
@@ -139,23 +129,18 @@ fn gpu_a_shared_scene_is_the_same_image_or_is_refused(gpu: &Gpu) {
 /// A single image and a mean of frames use no history, with the history setting on or off.
 #[gpu_test]
 fn gpu_a_first_frame_and_its_mean_use_no_history(gpu: &Gpu) {
-    let scene = cornell();
-    let techniques = [
-        Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
-        Indirect::from(PhotonSplatting { count: 256, ..PhotonSplatting::default() }),
-    ];
+    let scene = Scene { sky: Vec3::ONE, ..cornell() };
+    let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
     for (accumulate, samples) in [(1, Samples::One), (3, Samples::Four)] {
-        for indirect in &techniques {
-            let of = |history| {
-                let usual = settings(sampled(lanternfish::settings::Tracer::BVH));
-                let settings = usual
-                    .with_accumulate(accumulate)
-                    .with_samples(samples)
-                    .with_history(history)
-                    .with_indirect(indirect.clone());
-                rendering(gpu, settings, &scene, &scene.cameras[0])
-            };
-            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {indirect:?}");
+        for (name, settings) in [
+            ("lights", usual.clone().with_indirect(VirtualLights { count: 256, ..VirtualLights::default() })),
+            ("photons", usual.clone().with_indirect(PhotonSplatting { count: 256, ..PhotonSplatting::default() })),
+            ("occlusion", occlusion(32, bvh().with_shadows(Shadows::None))),
+        ] {
+            let settings = settings.with_accumulate(accumulate).with_samples(samples);
+            let [off, on] = [History::Off, History::On]
+                .map(|history| rendering(gpu, settings.clone().with_history(history), &scene, &scene.cameras[0]));
+            assert!(off == on, "{accumulate} frames, {samples:?}, {name}");
         }
     }
 }
@@ -213,30 +198,4 @@ fn gpu_sums_of_white_surfaces_are_the_image_with_occlusion(gpu: &Gpu) {
     };
     let (off, covered) = (covered().filter(is_off).count(), covered().count());
     assert!(covered > 500 && off * 50 < covered, "{off} of {covered} pixels are off");
-}
-
-#[gpu_test]
-fn gpu_frames_in_the_callers_commands_refuse_images_that_need_blocking_readback(gpu: &Gpu) {
-    let scene = demo("cornell").unwrap();
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    let view = [ViewRequest::of_camera(1, &scene.cameras[0], [48, 32], Target::Own)];
-    let record = |renderer: &mut Renderer, scene: &_| {
-        let mut commands = gpu.device.create_command_encoder(&Default::default());
-        let frame = renderer.record(&mut commands, scene, &view)?;
-        gpu.queue.submit([commands.finish()]);
-        renderer.submitted(frame);
-        Ok(())
-    };
-    let deep = occlusion(8, bvh()).with_structure(DeepImageSettings {
-        resolution: 8,
-        store: crate::DeepStore::LinkedList,
-        ..Default::default()
-    });
-    renderer.set(deep).unwrap();
-    let with_more = renderer.upload(&scene).unwrap();
-    assert!(matches!(record(&mut renderer, &with_more), Err(RenderError::Together { .. })));
-    assert_eq!(inside::growth(&mut renderer), Growth::Blocking);
-    renderer.set(bvh()).unwrap();
-    record(&mut renderer, &uploaded).unwrap();
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use lanternfish::{
-    RenderError, Renderer,
+    RenderError, Renderer, Target, ViewRequest,
     settings::{Culling, Exposure, Shadows},
     techniques::Sampled,
 };
@@ -78,11 +78,16 @@ fn gpu_deferred_frames_replace_builders_and_refuse_stores_that_need_blocking_rea
     };
     let mut linked = renderer(DeepImageSettings { store: DeepStore::LinkedList, ..coarse });
     assert!(matches!(linked.set_growth(Growth::Deferred), Err(RenderError::Together { .. })));
-    assert_eq!(inside::growth(&mut linked), Growth::Blocking);
-    linked.set_growth(Growth::Blocking).unwrap();
-
-    let mut scene = lanternfish_scene::load("demo:cornell").unwrap();
+    let mut scene = demo("cornell").unwrap();
     scene.sky = Vec3::ONE;
+    // A frame in the caller's commands does not wait either.
+    let uploaded = linked.upload(&scene).unwrap();
+    let view = [ViewRequest::of_camera(1, &scene.cameras[0], [16, 16], Target::Own)];
+    let mut commands = gpu.device.create_command_encoder(&Default::default());
+    assert!(matches!(linked.record(&mut commands, &uploaded, &view), Err(RenderError::Together { .. })));
+    assert_eq!(inside::growth(&mut linked), Growth::Blocking);
+    linked.render(&uploaded, &scene.cameras[0], [16, 16]).unwrap();
+
     let image = |builder: DeepBuilder, growth: Growth| {
         let mut renderer = renderer(DeepImageSettings { builder, ..coarse });
         renderer.set_growth(growth).unwrap();

@@ -1,7 +1,7 @@
-use glam::{UVec2, Vec3, Vec4};
+use glam::Vec3;
 use lanternfish::{
     Renderer, Settings,
-    settings::{Occlusion, Samples, Shadows},
+    settings::{Occlusion, Samples},
 };
 use lanternfish_gpu::Gpu;
 use lanternfish_reference::{
@@ -10,61 +10,35 @@ use lanternfish_reference::{
 };
 use lanternfish_scene::{Camera, Environment, Material, Scene};
 
+use super::{SIZE, deep as by_deep_images, settings};
 use crate::{
-    Deep, DeepImageSettings, Hbao,
-    testing::{self, apart, half_white, image, inside::brdf_fractions as fractions, looking, quad, scene_of},
+    DeepImageSettings, Hbao,
+    testing::{
+        self, apart, half_white, image,
+        inside::brdf_fractions as fractions,
+        light::{self, floor, image_of, mean, off},
+        looking, quad, scene_of, walks,
+    },
 };
-
-/// The size is not a multiple of the workgroup size.
-const SIZE: UVec2 = UVec2::new(61, 45);
-
-fn by_deep_images() -> Occlusion {
-    Occlusion::from(Deep::default())
-}
 
 fn by_horizons() -> Occlusion {
     Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() })
 }
 
-fn settings(occlusion: Occlusion) -> Settings {
-    Settings::direct_light().with_occlusion(occlusion).with_shadows(Shadows::None)
-}
-
 fn rendering(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
-    let uploaded = renderer.upload(scene).unwrap();
-    pixels(&renderer.render(&uploaded, camera, SIZE.into()).unwrap().radiance)
-}
-
-fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
-    radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+    image_of(gpu, SIZE, settings.clone(), scene, camera)
 }
 
 fn center(pixels: &[Vec3]) -> Vec3 {
     pixels[pixels.len() / 2]
 }
 
-fn mean(pixels: &[Vec3]) -> f32 {
-    pixels.iter().map(|pixel| pixel.element_sum() / 3.0).sum::<f32>() / pixels.len() as f32
-}
-
-/// Mean absolute difference of the pixels, relative to the mean of the second image.
-fn off(actual: &[Vec3], ground_truth: &[Vec3]) -> f32 {
-    let difference: f32 = actual.iter().zip(ground_truth).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0).sum();
-    difference / ground_truth.len() as f32 / mean(ground_truth)
-}
-
-/// White and diffuse only.
 fn matt() -> Material {
-    Material { metallic: 0.0, specular: 0.0, double_sided: true, ..Material::default() }
+    light::matt(1.0)
 }
 
 fn metal(perceptual_roughness: f32) -> Material {
     Material { metallic: 1.0, perceptual_roughness, double_sided: true, ..Material::default() }
-}
-
-fn floor(material: Material) -> Scene {
-    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![material])
 }
 
 /// A plate over a floor and a wall behind it.
@@ -92,6 +66,7 @@ fn gpu_an_even_image_is_a_constant_sky(gpu: &Gpu) {
         assert!(difference < 4e-3, "{occlusion:?}: {difference}");
         assert!(mean(&a) > 0.3, "{occlusion:?}: black");
     }
+    assert_eq!(mean(&rendering(gpu, &settings(Occlusion::NONE), &imaged, &camera)), 0.0, "without a technique");
 }
 
 #[gpu_test]
@@ -118,43 +93,35 @@ fn gpu_white_surfaces_under_white_environment_are_white(gpu: &Gpu) {
     }
 }
 
-/// A plane whose normal has angle a to the zenith receives (1 + cos a) / 2 of the irradiance of a full sphere.
+/// A plane whose normal has angle a to the middle of a white half of the environment receives (1 + cos a) / 2 of the irradiance of a full
+/// sphere, for a rotated plane or a rotated environment; a metal mirrors one half.
 #[gpu_test]
-fn gpu_tilted_planes_receive_the_light_that_they_face(gpu: &Gpu) {
-    for degrees in [0.0f32, 30.0, 60.0, 90.0, 135.0, 180.0] {
+fn gpu_planes_receive_the_light_that_they_face(gpu: &Gpu) {
+    let wall =
+        |normal: Vec3, up: Vec3, material| scene_of(vec![quad(0, Vec3::ZERO, up.cross(normal), up)], vec![material]);
+    for degrees in [0.0f32, 60.0, 90.0, 135.0, 180.0] {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        let normal = Vec3::new(sin, cos, 0.0);
-        let up = Vec3::new(-cos, sin, 0.0);
-        let plane = scene_of(vec![quad(0, Vec3::ZERO, up.cross(normal), up)], vec![matt()]);
-        let scene = Scene { environment: Some(half_white()), ..plane };
-        let eye = 3.0 * normal + 0.1 * Vec3::Z;
-        let camera = Camera::look_at(eye, Vec3::ZERO, looking([0.0; 3], [1.0; 3]).projection);
         let expected = 0.5 * (1.0 + cos);
-        // A cell that the horizon cuts is white or black in one frame; the mean of the frames smooths that.
-        for (occlusion, most) in [(by_deep_images(), 0.025), (by_horizons(), 3e-3)] {
-            let actual = center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
-            println!("{degrees}°, {occlusion:?}: {actual:.4}, not {expected:.4}");
-            assert!((actual - expected).abs() < most, "{degrees}°, {occlusion:?}: {actual}, not {expected}");
-        }
-    }
-}
-
-#[gpu_test]
-fn gpu_turned_environment_turn_their_light(gpu: &Gpu) {
-    // White from +x.
-    let wall = scene_of(vec![quad(0, Vec3::ZERO, -Vec3::Z, Vec3::Y)], vec![matt()]);
-    let camera = looking([3.0, 0.0, 0.0], [0.0; 3]);
-    for occlusion in [by_deep_images(), by_horizons()] {
-        for material in [matt(), metal(0.2)] {
-            let lit = |rotation| {
-                let environment = image(256, 128, rotation, |d| Vec3::splat(f32::from(d.x > 0.0)));
-                let scene = Scene { environment: Some(environment), materials: vec![material.clone()], ..wall.clone() };
-                center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x
-            };
-            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit(degrees.to_radians()));
-            println!("{occlusion:?}, metallic {}: {facing} {aside} {behind}", material.metallic);
-            assert!(facing > 0.9 && behind < 0.05, "{occlusion:?}: {facing} {behind}");
-            assert!((aside - 0.5 * facing).abs() < 0.06, "{occlusion:?}: {aside} of {facing}");
+        let (tilted, up) = (Vec3::new(sin, cos, 0.0), Vec3::new(-cos, sin, 0.0));
+        // White from above, and from +x.
+        let from_x = image(256, 128, degrees.to_radians(), |d| Vec3::splat(f32::from(d.x > 0.0)));
+        for (normal, up, environment, turned) in [(tilted, up, half_white(), 0.0), (Vec3::X, Vec3::Y, from_x, 0.06)] {
+            let eye = 3.0 * normal + 0.1 * Vec3::Z;
+            let camera = Camera::look_at(eye, Vec3::ZERO, looking([0.0; 3], [1.0; 3]).projection);
+            // A cell that the horizon cuts is white or black in one frame; the mean of the frames smooths that.
+            for (occlusion, most) in [(by_deep_images(), 0.025f32), (by_horizons(), 3e-3)] {
+                let lit = |material| {
+                    let scene = Scene { environment: Some(environment.clone()), ..wall(normal, up, material) };
+                    center(&rendering(gpu, &settings(occlusion.clone()), &scene, &camera)).x
+                };
+                let actual = lit(matt());
+                println!("{degrees}°, {occlusion:?}: {actual:.4}, not {expected:.4}");
+                assert!((actual - expected).abs() < most.max(turned), "{degrees}°, {occlusion:?}: {actual}");
+                if degrees == 0.0 || degrees == 180.0 {
+                    let mirrored = lit(metal(0.2));
+                    assert!((mirrored - expected).abs() < 0.1, "{degrees}°, {occlusion:?}: {mirrored} in a mirror");
+                }
+            }
         }
     }
 }
@@ -169,7 +136,7 @@ fn gpu_moved_objects_are_lit_at_their_new_position(gpu: &Gpu) {
         let settings = settings(occlusion.clone());
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
-        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap().radiance);
+        let mut render = |uploaded: &_| walks::pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap());
         let before = render(&uploaded);
         assert!(before == render(&uploaded), "{occlusion:?}: differs from frame to frame");
         let mut moved = scene.clone();

@@ -34,15 +34,6 @@ fn under_sky() -> Scene {
     scene
 }
 
-/// The first image of a renderer and the image of a mean are equal to those without a history, to the bit.
-#[gpu_test]
-fn gpu_first_images_under_a_sky_are_the_same_with_a_history(gpu: &Gpu) {
-    for accumulate in [1, 5] {
-        let of = |history| walked(gpu, settings(history).with_accumulate(accumulate), &under_sky(), &steps(1));
-        assert!(of(History::Off) == of(History::On), "{accumulate} frames");
-    }
-}
-
 /// While the camera moves, the random texels of the frames average out: less noise, the same light.
 #[gpu_test]
 fn gpu_a_camera_that_moves_takes_the_noise_of_ambient_visibility_away(gpu: &Gpu) {

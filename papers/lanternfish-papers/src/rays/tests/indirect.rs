@@ -3,20 +3,19 @@
 
 use glam::Vec3;
 use lanternfish::{
-    RenderError, Renderer, Settings,
+    Renderer, Settings,
     settings::{Indirect, Tracer},
     techniques::{Bounces, HitLight, Sampled},
 };
-use lanternfish_gpu::Gpu;
 use lanternfish_scene::{Environment, Light, Material, Scene, generate::demo};
 
 use crate::{
     ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL,
     testing::{
-        self, apart,
+        self,
         light::{
-            LARGE, SIZE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
-            traced, traced_of,
+            LARGE, closed_box, cornell, floor, image_of, looking, matt, mean, off, rendering, sampled, settings,
+            traced_of,
         },
         quad, scene_of,
     },
@@ -29,46 +28,43 @@ fn deep(tracer: Tracer, resolution: u32) -> Settings {
     settings(sampled(tracer)).with_structure(structure)
 }
 
+/// Light that is known: of a sky and of an environment on a floor, of a lamp in a mirror, and in a closed box that emits evenly its own
+/// emission, half of it from all sides, and half of what was reflected once.
 #[gpu_test]
-fn gpu_deep_images_see_the_environment(gpu: &Gpu) {
-    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+fn gpu_known_light_is_found_through_deep_images(gpu: &Gpu) {
     let sky = Vec3::new(1.0, 2.0, 4.0);
     let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
-    for tracer in TRACERS {
-        for environment in [None, Some(white.clone())] {
-            let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let actual = rendering(gpu, deep(tracer, 128), &scene, &camera);
-            let exact = rendering(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
-            assert!((mean(&actual) / mean(&exact) - 1.0).abs() < 0.02, "{tracer}: {} {}", mean(&actual), mean(&exact));
-        }
-    }
-}
-
-#[gpu_test]
-fn gpu_a_mirror_shows_what_is_above_it_through_deep_images(gpu: &Gpu) {
+    let open = Scene { sky, ..floor(matt(0.5)) };
     let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.8) };
     let lamp = Material { emissive: Vec3::new(3.0, 2.0, 1.0), ..matt(0.0) };
-    let floor = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
-    let ceiling = quad(1, 2.0 * Vec3::Y, 10.0 * Vec3::X, 10.0 * Vec3::Z);
-    let scene = scene_of(vec![floor, ceiling], vec![mirror, lamp]);
-    let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
+    let below = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
+    let above = quad(1, 2.0 * Vec3::Y, 10.0 * Vec3::X, 10.0 * Vec3::Z);
+    let cases = [
+        ("sky", open.clone(), ([0.0, 2.0, 2.0], [0.0; 3]), 0.5 * sky, 0.03),
+        ("environment", Scene { environment: Some(white), ..open }, ([0.0, 2.0, 2.0], [0.0; 3]), 0.5 * sky, 0.03),
+        (
+            "mirror",
+            scene_of(vec![below, above], vec![mirror, lamp]),
+            ([0.0, 1.5, 0.1], [0.0; 3]),
+            0.8 * Vec3::new(3.0, 2.0, 1.0),
+            0.02,
+        ),
+        (
+            "closed box",
+            closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) }),
+            ([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]),
+            Vec3::splat(1.75),
+            0.03,
+        ),
+    ];
     for tracer in TRACERS {
-        let structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() };
-        let actual = rendering(gpu, settings(sampled(tracer)).with_structure(structure), &scene, &camera);
-        let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
-        let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
-        assert!((mean / expected - 1.0).abs().max_element() < 0.02, "{tracer}: {mean}");
-    }
-}
-
-/// A closed box that emits evenly: its own emission, half of it from all sides, and half of what was reflected once.
-#[gpu_test]
-fn gpu_a_closed_box_has_the_light_of_each_bounce_through_deep_images(gpu: &Gpu) {
-    let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
-    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    for tracer in TRACERS {
-        let actual = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera));
-        assert!((actual / 1.75 - 1.0).abs() < 0.03, "{tracer}: {actual}");
+        for (what, scene, (eye, target), expected, most) in &cases {
+            let images = DeepImageSettings { resolution: 128, supersampling: 2, ..DeepImageSettings::default() };
+            let settings = settings(sampled(tracer)).with_structure(images);
+            let actual = rendering(gpu, settings, scene, &looking(*eye, *target));
+            let mean = actual.iter().copied().sum::<Vec3>() / actual.len() as f32;
+            assert!((mean / *expected - 1.0).abs().max_element() < *most, "{what}, {tracer}: {mean}, not {expected}");
+        }
     }
 }
 
@@ -90,50 +86,6 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers(gpu: &Gpu) {
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < 0.25 && (energy - 1.0).abs() < 0.09, "{tracer}: off {off}, energy {energy}");
     }
-}
-
-#[gpu_test]
-fn gpu_emission_is_reflected_once_through_deep_images(gpu: &Gpu) {
-    let mut scene = closed_box(matt(0.5));
-    scene.materials.push(Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) });
-    scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
-    let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
-    let ground_truth = mean(&traced(&scene, &camera, 3, 256));
-    for tracer in TRACERS {
-        let energy = mean(&rendering(gpu, deep(tracer, 128), &scene, &camera)) / ground_truth;
-        println!("{tracer}: energy {energy:.4}");
-        assert!((energy - 1.0).abs() < 0.06, "{tracer}: {energy}");
-    }
-}
-
-#[gpu_test]
-fn gpu_deep_images_follow_a_lamp_that_moves(gpu: &Gpu) {
-    let lamp = Material { emissive: Vec3::splat(50.0), ..matt(0.0) };
-    let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
-    let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
-    let here = apart(&scene_of(vec![floor, panel], vec![matt(0.5), lamp]));
-    let mut there = here.clone();
-    there.instances[1].world_from_object.translation.y += 2.0;
-    let camera = looking([0.0, 0.6, 0.6], [0.0, 0.0, 0.0]);
-    for tracer in TRACERS {
-        let mut renderer = renderer(gpu, deep(tracer, 128));
-        let mut uploaded = renderer.upload(&here).unwrap();
-        let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap().radiance);
-        let before = render(&uploaded);
-        self::renderer(gpu, deep(tracer, 128)).update(&mut uploaded, &there).unwrap();
-        let after = render(&uploaded);
-        assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
-        let fresh = rendering(gpu, deep(tracer, 128), &there, &camera);
-        assert!(off(&after, &fresh) < 0.02, "{tracer}: {}", off(&after, &fresh));
-    }
-}
-
-fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
-    Renderer::with_engine(&crate::testing::engine(gpu), settings).unwrap()
-}
-
-fn pixels(radiance: &[[f32; 4]]) -> Vec<Vec3> {
-    radiance.iter().map(|[r, g, b, _]| Vec3::new(*r, *g, *b)).collect()
 }
 
 /// The inside of a closed box is dark even if its outside is bright: light leaks through walls that are thinner than the distance that deep
@@ -201,16 +153,6 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
     }
     // Negative control: other rays give another image.
     assert!(of(16, 1 << 17, Sampled { diffuse_rays: 4, ..rays }) != all);
-}
-
-#[gpu_test]
-fn gpu_images_without_triangles_are_refused(gpu: &Gpu) {
-    let structure = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let refused = settings(sampled(WITHIN_TEXEL)).with_structure(structure);
-    match Renderer::with_engine(&crate::testing::engine(gpu), refused) {
-        Err(RenderError::Together { needed, .. }) => assert!(needed.contains("triangles"), "{needed}"),
-        other => panic!("{other:?}"),
-    }
 }
 
 #[gpu_test]

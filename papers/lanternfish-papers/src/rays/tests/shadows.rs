@@ -1,17 +1,15 @@
 //! Shadows through deep images, compared with those through the BVH.
 
-use glam::{Affine3A, Vec3, Vec4};
+use glam::Vec4;
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{DebugView, Samples, Shadows, Tracer},
+    techniques::Sampled,
 };
 use lanternfish_gpu::{Gpu, faulty_software};
 use lanternfish_scene::{Scene, generate};
 
-use crate::{
-    ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL,
-    testing::{self, apart},
-};
+use crate::{ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL, testing};
 
 const SIZE: (u32, u32) = (90, 76);
 
@@ -50,24 +48,29 @@ fn differing(a: &[f32], b: &[f32]) -> f64 {
     f64::from(other as u32) / f64::from(lit)
 }
 
+/// Across texels, for lights with and without a size, for one sample and for four.
 #[gpu_test(sound_gpu)]
 fn gpu_shadows_of_deep_images_are_close_to_exact_ones(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
-    let exact = luminance(gpu, &scene, bvh());
-    let of = |settings| differing(&luminance(gpu, &scene, settings), &exact);
-    let [coarse, fine] = [64, 256].map(|resolution| of(deep(resolution)));
-    let none = of(bvh().with_shadows(Shadows::None));
+    let of = |settings| luminance(gpu, &scene, settings);
+    let exact = of(bvh());
+    let [coarse, fine] = [64, 256].map(|resolution| differing(&of(deep(resolution)), &exact));
+    let none = differing(&of(bvh().with_shadows(Shadows::None)), &exact);
     println!("lit pixels that differ from the BVH's: {coarse} with 64 texels, {fine} with 256, {none} without shadows");
     assert!(fine < 0.008 && coarse < 0.02 && none > 0.05, "{coarse} {fine} {none}");
 
-    // Soft shadows as well.
-    let radius = |settings: Settings| settings.with_light_radius(0.1);
-    let soft = luminance(gpu, &scene, radius(bvh()));
-    let actual = luminance(gpu, &scene, radius(deep(256)));
-    let difference: f32 = actual.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
-    let fraction = difference / soft.iter().sum::<f32>();
-    println!("soft: {fraction} of the light");
-    assert!(fraction < 0.03, "{fraction}");
+    for samples in [Samples::One, Samples::Four] {
+        let of = |settings: Settings| of(settings.with_light_radius(0.1).with_samples(samples));
+        let soft = of(bvh());
+        let fraction = |actual: Vec<f32>| {
+            let difference: f32 = actual.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
+            difference / soft.iter().sum::<f32>()
+        };
+        let [coarse, fine] = [16, 256].map(|resolution| fraction(of(deep(resolution))));
+        println!("{samples} samples, soft: {coarse} of the light differs with 16 texels, {fine} with 256");
+        // The deep images are traced, and are as accurate for several samples as for one.
+        assert!(coarse > 0.02 && fine < 0.03, "{samples} samples: {coarse} {fine}");
+    }
 }
 
 /// Within a texel a ray follows its image's axis: shadows deviate by the angle between the axis and the direction to the light. A known
@@ -75,12 +78,9 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones(gpu: &Gpu) {
 #[gpu_test(sound_gpu)]
 fn gpu_known_fault_shadows_within_a_texel_have_bands(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
-    let exact = luminance(gpu, &scene, bvh());
-    let of = |tracer| {
-        let settings = deep(128).with_shadows(Shadows::Traced(tracer));
-        differing(&luminance(gpu, &scene, settings), &exact)
-    };
-    let [within, across] = [WITHIN_TEXEL, ACROSS_TEXELS].map(of);
+    let [within, across, exact] = [WITHIN_TEXEL, ACROSS_TEXELS, Tracer::BVH]
+        .map(|tracer| luminance(gpu, &scene, deep(128).with_shadows(Shadows::Traced(tracer))));
+    let [within, across] = [within, across].map(|image| differing(&image, &exact));
     println!("lit pixels that differ from the BVH's: {within} within a texel, {across} across texels");
     // Most pixels are correct nonetheless: walls do not shadow themselves.
     assert!(within < 0.3 && within > 5.0 * across, "{within} {across}");
@@ -115,65 +115,26 @@ fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows(gpu: &Gpu) {
     assert!((sums[0] / sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
 }
 
-#[gpu_test(sound_gpu)]
-fn gpu_a_shadow_moves_with_its_caster(gpu: &Gpu) {
-    let before = apart(&generate::demo("cornell").unwrap());
-    let mut after = before.clone();
-    let shift = Affine3A::from_translation(Vec3::new(0.2, 0.0, 0.15));
-    let last = after.instances.last_mut().expect("several");
-    last.world_from_object = shift * last.world_from_object;
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
-    let mut uploaded = renderer.upload(&before).unwrap();
-    let mut frame = |uploaded: &_| renderer.render(uploaded, &before.cameras[0], SIZE.into()).unwrap().radiance;
-    let still = frame(&uploaded);
-    assert!(still == frame(&uploaded));
-    Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap().update(&mut uploaded, &after).unwrap();
-    let moved = frame(&uploaded);
-    let fresh = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
-    let fresh = fresh.upload(&after).unwrap();
-    assert!(moved != still, "nothing moved");
-    assert!(moved == frame(&fresh), "differs from a fresh upload");
-}
-
-#[gpu_test(sound_gpu)]
-fn gpu_samples_of_a_pixel_share_its_shadows(gpu: &Gpu) {
-    let scene = generate::demo("cornell").unwrap();
-    let of = |settings: Settings| luminance(gpu, &scene, settings.with_samples(Samples::Four).with_light_radius(0.1));
-    let exact = of(bvh());
-    let difference = |actual: Vec<f32>| {
-        let difference: f32 = actual.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
-        difference / exact.iter().sum::<f32>()
-    };
-    let (coarse, fine) = (difference(of(deep(16))), difference(of(deep(256))));
-    println!("fractions of the light that differ from the BVH's: {coarse} with 16 texels, {fine} with 256");
-    // The deep images are traced, and are as accurate as for one sample.
-    assert!(coarse > 0.02 && fine < 0.03, "{coarse} {fine}");
-}
-
-#[gpu_test(sound_gpu)]
-fn gpu_scenes_without_lights_are_dark(gpu: &Gpu) {
-    let mut scene = generate::demo("cornell").unwrap();
-    scene.lights.clear();
-    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
-    for settings in [bvh(), deep(16)] {
-        for light_radius in [0.0, 0.1] {
-            let actual = luminance(gpu, &scene, settings.clone().with_light_radius(light_radius));
-            assert!(actual.iter().all(|value| *value == 0.0));
-        }
-    }
-}
-
 #[gpu_test]
 fn gpu_requests_beyond_deep_images_are_refused(gpu: &Gpu) {
-    let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
-        Err(RenderError::Together { needed, .. }) => needed,
-        other => panic!("{other:?}"),
-    };
-    let mut linked = deep(16);
-    linked.structure.get_mut::<DeepImageSettings>().unwrap().store = DeepStore::LinkedList;
-    assert!(refused(linked).contains("linear_array"));
-    let counts = deep(16).with_debug_view(Some(DebugView::RayCount));
-    assert_eq!(refused(counts), "`shadows bvh`");
+    let structure = |images: DeepImageSettings| Settings::direct_light().with_structure(images);
+    let [usual, linked] = [DeepStore::LinearArray, DeepStore::LinkedList].map(|store| DeepImageSettings {
+        resolution: 16,
+        store,
+        ..DeepImageSettings::default()
+    });
+    let through = |images| structure(images).with_shadows(Shadows::Traced(ACROSS_TEXELS));
+    let without = DeepImageSettings { payload: false, ..usual };
+    for (settings, what) in [
+        (through(linked), "linear_array"),
+        (through(usual).with_debug_view(Some(DebugView::RayCount)), "`shadows bvh`"),
+        (structure(without).with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }), "triangles"),
+    ] {
+        match Renderer::with_engine(&testing::engine(gpu), settings) {
+            Err(RenderError::Together { needed, .. }) => assert!(needed.contains(what), "{needed}, not {what}"),
+            other => panic!("{what}: {other:?}"),
+        }
+    }
 }
 
 #[test]
