@@ -1,4 +1,4 @@
-//! Animated scenes: images of posed scenes against the path tracer's, and updates on the device against fresh uploads.
+//! Animated scenes: updates on the device against fresh uploads.
 
 use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
@@ -7,12 +7,10 @@ use lanternfish::{
     techniques::Sampled,
 };
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_metrics::{RelativeError, RgbImage, write_exr};
 use lanternfish_papers::{
-    Deep, DeepImageSettings, Hbao,
+    ACROSS_TEXELS, Deep, DeepImageSettings, DirectionSet, Hbao, WITHIN_TEXEL,
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
 };
-use lanternfish_reference as reference;
 use lanternfish_scene::{
     Bounds, Camera, Instance, Light, Material, Mesh, Projection, Scene,
     motion::{
@@ -20,11 +18,9 @@ use lanternfish_scene::{
     },
 };
 
-use crate::support::{differing, linear, quad, scene_of};
+use crate::support::{differing, quad, scene_of};
 
 const SIZE: (u32, u32) = (64, 48);
-/// Image size for the samples, pixels.
-const POSED: (u32, u32) = (64, 48);
 /// Every animated sample.
 const SAMPLES: [&str; 12] = [
     "AnimatedCube/AnimatedCube.gltf",
@@ -42,20 +38,9 @@ const SAMPLES: [&str; 12] = [
 ];
 /// Fractions of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
-/// Those of [`TIMES`] at which images are compared with the ground truth.
-const TRACED: [f32; 2] = [0.21, 0.45];
 
-/// A camera that sees the scene at all times, and lights around it. Surfaces have no textures: these do not move, and each renderer filters
-/// them differently.
+/// A camera that sees the scene at all times, and lights around it.
 fn staged(mut scene: Scene) -> (Scene, Camera) {
-    for material in &mut scene.materials {
-        material.base_color_texture = None;
-        material.metallic_roughness_texture = None;
-        material.normal_texture = None;
-        material.occlusion_texture = None;
-        material.emissive_texture = None;
-        material.emissive = Vec3::ZERO;
-    }
     let mut bounds = Bounds::EMPTY;
     let duration = scene.motion.animations[0].duration();
     for time in TIMES {
@@ -66,81 +51,11 @@ fn staged(mut scene: Scene) -> (Scene, Camera) {
     let sun = Light::directional(Vec3::new(-0.5, -1.0, -0.7), Vec3::splat(2.0));
     let lamp = Light::point(center + size * Vec3::new(0.6, 0.7, 0.9), Vec3::new(1.0, 0.8, 0.6) * size * size);
     scene.lights = vec![sun, lamp];
-    (scene, Camera::framing(&bounds, 0.8, POSED.0 as f32 / POSED.1 as f32))
-}
-
-/// Direct light only.
-fn ground_truth(scene: &Scene, camera: &Camera) -> RgbImage {
-    let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
-    let tracer = reference::Tracer::new(scene, settings).unwrap();
-    let mut film = reference::Film::new(POSED.into()).unwrap();
-    tracer.render(camera, &mut film, 256);
-    RgbImage::new(POSED.0 as usize, POSED.1 as usize, film.mean()).unwrap()
+    (scene, Camera::framing(&bounds, 0.8, SIZE.0 as f32 / SIZE.1 as f32))
 }
 
 fn settings() -> Settings {
-    Settings::direct_light().with_accumulate(64).with_shadows(Shadows::BVH).with_attenuation(Attenuation::Physical)
-}
-
-/// Each animated sample at two times: updated on the device from the rest pose, uploaded again, and path traced.
-#[gpu_test(crate::gpu)]
-fn gpu_posed_scenes_are_the_path_tracers(gpu: &Gpu) {
-    let name = "gpu_posed_scenes_are_the_path_tracers";
-    let of = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    let (mut renderer, mut once) = (of(settings()), of(settings().with_accumulate(1)));
-    let mut all = Vec::new();
-    for sample in SAMPLES {
-        let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
-        let (mut scene, camera) = staged(lanternfish_scene::load(path.to_str().unwrap()).unwrap());
-        let duration = scene.motion.animations[0].duration();
-        scene.pose_at_rest();
-        let mut uploaded = renderer.upload(&scene).unwrap();
-        let mut renderings = Vec::new();
-        for time in TRACED {
-            scene.pose(0, time * duration);
-            assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
-            renderer.update(&mut uploaded, &scene).unwrap();
-            // One frame suffices to compare the update with the upload; the mean of many is compared with the ground truth.
-            let updated = once.render(&uploaded, &camera, POSED.into()).unwrap();
-            let fresh = once.upload(&scene).unwrap();
-            let fresh = once.render(&fresh, &camera, POSED.into()).unwrap();
-            assert_eq!(differing(&updated, &fresh), 0, "{sample} at {time}: the update differs from the upload");
-            let actual = renderer.render(&uploaded, &camera, POSED.into()).unwrap();
-            let (actual, expected) = (linear(&actual), ground_truth(&scene, &camera));
-            if let Ok(folder) = std::env::var("LANTERNFISH_TEST_IMAGES") {
-                for (kind, image) in [("actual", &actual), ("ground_truth", &expected)] {
-                    let file = format!("{}-{time}-{kind}.exr", sample.replace('/', "-"));
-                    write_exr(&std::path::Path::new(&folder).join(file), image).expect("the folder can be written");
-                }
-            }
-            let error = RelativeError::measure(&actual, &expected, 1e-3).unwrap();
-            println!(
-                "{sample} at {time}: {} lit, median {:.3} %, {:.2} % within 5 %, energy {:+.3} %",
-                error.lit_count(),
-                100.0 * error.median(),
-                100.0 * error.fraction_within(0.05),
-                100.0 * (error.energy_ratio() - 1.0)
-            );
-            renderings.push((actual, expected, error));
-        }
-        all.push((sample, renderings));
-    }
-    for (sample, renderings) in &all {
-        for (time, (_, _, error)) in TRACED.iter().zip(renderings) {
-            // Up to half of the pixels of such small objects are edges, which 64 frames sample at 64 positions.
-            assert!(error.lit_count() > 40, "{sample} at {time}: few lit pixels");
-            assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
-            assert!(error.fraction_within(0.1) > 0.7, "{sample} at {time}: {} within 10 %", error.fraction_within(0.1));
-            assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
-        }
-        // Negative control: another moment is another image. The truck's wheels turn alone, and are round.
-        let other = RelativeError::measure(&renderings[1].0, &renderings[0].1, 1e-3).unwrap().fraction_within(0.1);
-        let own = renderings[1].2.fraction_within(0.1);
-        assert!(
-            other < own - 0.02 || sample.contains("Truck"),
-            "{sample}: insensitive to the motion: {other} and {own}"
-        );
-    }
+    Settings::direct_light().with_shadows(Shadows::BVH).with_attenuation(Attenuation::Physical)
 }
 
 /// Maximum number of pixels, of `pixels`, that may differ when the device skins vertices instead of the host. None on a software adapter,
@@ -149,40 +64,52 @@ fn otherwise_rounded(gpu: &Gpu, pixels: usize) -> usize {
     if gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu { 0 } else { pixels / 200 }
 }
 
-/// Each animated sample at five times: skinning and motion on the device equal a fresh upload.
-#[gpu_test(crate::gpu)]
-fn gpu_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
-    let name = "gpu_animation_on_the_device_equals_an_upload";
-    let Some(gpu) = crate::gpu(name) else { return };
-    let settings = settings().with_accumulate(1);
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-    for sample in SAMPLES {
-        let Some(path) = testing::shared(name, &format!("assets/conformance/{sample}")) else { return };
+/// Animated samples at these fractions of the animation's duration: an update from the rest pose, and skinning and motion on the device,
+/// equal a fresh upload.
+fn check_samples(gpu: &Gpu, test: &str, samples: &[&str], times: &[f32]) {
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
+    for sample in samples {
+        let Some(path) = testing::shared(test, &format!("assets/conformance/{sample}")) else { return };
         let (mut scene, camera) = staged(lanternfish_scene::load(path.to_str().unwrap()).unwrap());
         let duration = scene.motion.animations[0].duration();
         scene.pose_at_rest();
         let rest = scene.clone();
-        let mut animated = renderer.upload(&rest).unwrap();
+        let [mut posed, mut animated] = [(); 2].map(|()| renderer.upload(&rest).unwrap());
         let mut last = None;
         let (mut wrong, mut changed) = (0, 0);
-        for time in TIMES {
+        for time in times {
             renderer.animate(&mut animated, &rest, Some((0, time * duration))).unwrap();
-            let actual = renderer.render(&animated, &camera, POSED.into()).unwrap();
             scene.pose(0, time * duration);
+            assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
+            renderer.update(&mut posed, &scene).unwrap();
             let fresh = renderer.upload(&scene).unwrap();
-            let fresh = renderer.render(&fresh, &camera, POSED.into()).unwrap();
-            wrong += differing(&actual, &fresh);
-            changed += last.replace(actual).map_or(0, |last| differing(&last, &fresh));
+            let [updated, animated, fresh] =
+                [&posed, &animated, &fresh].map(|scene| renderer.render(scene, &camera, SIZE.into()).unwrap());
+            assert_eq!(differing(&updated, &fresh), 0, "{sample} at {time}: the update differs from the upload");
+            wrong += differing(&animated, &fresh);
+            changed += last.replace(animated).map_or(0, |last| differing(&last, &fresh));
         }
         println!("{sample}: {wrong} pixels differ from a fresh upload, {changed} from the image before");
-        let pixels = TIMES.len() * (POSED.0 * POSED.1) as usize;
+        let pixels = times.len() * (SIZE.0 * SIZE.1) as usize;
         assert!(wrong <= otherwise_rounded(gpu, pixels), "{sample}: {wrong} of {pixels} pixels");
         // Negative control: another moment is another image. The truck's wheels turn alone, and are round.
         assert!(changed > pixels / 200 || sample.contains("Truck"), "{sample}: {changed} of {pixels} pixels");
     }
 }
 
-/// A floor, and above it a sheet with two joints, one of which is animated: half of the sheet folds down with its lamp.
+/// A moving node, morphed vertices, and a skin.
+#[gpu_test(crate::gpu)]
+fn gpu_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
+    let samples = ["BoxAnimated.glb", "AnimatedMorphCube.glb", "RiggedSimple.glb"];
+    check_samples(gpu, "gpu_animation_on_the_device_equals_an_upload", &samples, &TIMES[1..3]);
+}
+
+#[gpu_test(full, crate::gpu)]
+fn gpu_every_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
+    check_samples(gpu, "gpu_every_animation_on_the_device_equals_an_upload", &SAMPLES, &TIMES);
+}
+
+/// A floor, and above it a sheet with two joints, one of which is animated: half of the sheet folds down. The last instance is a block.
 fn folding() -> (Scene, Camera) {
     let surface = |base_color: [f32; 3]| Material {
         base_color: Vec3::from(base_color).extend(1.0),
@@ -202,6 +129,9 @@ fn folding() -> (Scene, Camera) {
     let mut scene = scene_of(vec![floor, wall], vec![surface([0.7, 0.7, 0.7]), surface([0.8, 0.2, 0.1])]);
     scene.meshes.push(Mesh { name: "sheet".to_owned(), primitives: vec![sheet] });
     scene.instances.push(Instance { mesh: 1, ..scene.instances[0].clone() });
+    let block = quad(1, Vec3::new(-0.7, 0.25, 0.2), 0.2 * Vec3::X, -0.2 * Vec3::Z);
+    scene.meshes.push(Mesh { name: "block".to_owned(), primitives: vec![block] });
+    scene.instances.push(Instance { mesh: 2, ..scene.instances[0].clone() });
     let values = [Vec3::ZERO, Vec3::new(-0.1, -0.35, 0.2)].iter().flat_map(|v| v.to_array()).collect();
     let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
     let fold = Channel { node: 1, property: Property::Translation, sampler: sampler.into() };
@@ -218,40 +148,21 @@ fn folding() -> (Scene, Camera) {
     (scene, Camera::look_at(Vec3::new(0.2, 1.0, 2.4), Vec3::new(0.0, 0.3, 0.0), projection))
 }
 
-/// A skinned surface changes shadows, occlusion and indirect light in the same frame, through every structure that is traced; and an update
+/// A skinned surface and an instance that move change this light in the same frame, through every structure that is traced; and an update
 /// on the device equals a fresh upload.
-#[gpu_test(crate::gpu)]
-fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
+fn check_moves(gpu: &Gpu, requested: Vec<(String, Settings)>) {
     let (mut scene, camera) = folding();
-    let direct = || Settings::direct_light().with_shadows(Shadows::None);
-    let deep = |settings: Settings| {
-        let images = DeepImageSettings { resolution: 64, payload: true, ..DeepImageSettings::default() };
-        settings.with_structure(images)
-    };
-    let mut requested = vec![
-        ("occlusion deep".to_owned(), direct().with_occlusion(Deep { max_distance: Some(2.0), ..Deep::default() })),
-        ("occlusion hbao".to_owned(), direct().with_occlusion(Hbao { radius: 2.0, ..Hbao::default() })),
-        ("virtual lights".to_owned(), direct().with_indirect(VirtualLights::default())),
-    ];
-    for tracer in Tracer::in_one_level() {
-        if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
-            testing::left_out("gpu_skinned_surfaces_change_all_lighting", "this adapter has no ray query");
-            continue;
-        }
-        let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
-        let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
-        requested.push((format!("shadows {tracer}"), deep(direct().with_shadows(Shadows::Traced(tracer)))));
-        requested.push((format!("sampled {tracer}"), deep(direct().with_indirect(sampled))));
-        requested.push((format!("photons {tracer}"), deep(direct().with_indirect(photons))));
-    }
+    let (block, aside) = (scene.instances.len() - 1, Affine3A::from_translation(Vec3::new(0.1, 0.1, 0.0)));
     for (name, settings) in requested {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         scene.pose_at_rest();
+        scene.instances[block].world_from_object = Affine3A::IDENTITY;
         let mut uploaded = renderer.upload(&scene).unwrap();
         let shown =
             |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, SIZE.into()).unwrap();
         let before = shown(&mut renderer, &uploaded);
         scene.pose(0, 1.0);
+        scene.instances[block].world_from_object = aside;
         renderer.update(&mut uploaded, &scene).unwrap();
         let after = shown(&mut renderer, &uploaded);
         let fresh = renderer.upload(&scene).unwrap();
@@ -262,7 +173,7 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
         renderer.animate(&mut animated, &scene, Some((0, 1.0))).unwrap();
         let wrong = differing(&after, &shown(&mut renderer, &animated));
         assert!(wrong <= otherwise_rounded(gpu, after.radiance.len()), "{name}: {wrong} pixels, bent by the device");
-        // On the floor and the wall only: pixels that show the sheet before or after are excluded by their colour.
+        // On the floor and the wall only: pixels that show the sheet or the block before or after are excluded by their colour.
         let is_grey = |[r, _, b, _]: &[f32; 4]| *r <= 1.8 * *b;
         let pairs = || before.radiance.iter().zip(&after.radiance).filter(|(a, b)| is_grey(a) && is_grey(b));
         let changed = pairs().filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * a[1].max(b[1])).count();
@@ -272,4 +183,51 @@ fn gpu_skinned_surfaces_change_all_lighting(gpu: &Gpu) {
         let again = shown(&mut renderer, &uploaded);
         assert_eq!(differing(&after, &again), 0, "{name}: the same frame again");
     }
+}
+
+fn unshadowed() -> Settings {
+    Settings::direct_light().with_shadows(Shadows::None)
+}
+
+/// Few deep images, with triangles for hits.
+fn images() -> DeepImageSettings {
+    let directions = DirectionSet::ZonalEqualArea { count: 40 };
+    DeepImageSettings { directions, resolution: 64, payload: true, ..DeepImageSettings::default() }
+}
+
+/// Shadows and indirect light through a tracer.
+fn through(tracer: Tracer) -> [(String, Settings); 3] {
+    let images = images();
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
+    let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
+    [
+        (format!("shadows {tracer}"), unshadowed().with_shadows(Shadows::Traced(tracer)).with_structure(images)),
+        (format!("sampled {tracer}"), unshadowed().with_indirect(sampled).with_structure(images)),
+        (format!("photons {tracer}"), unshadowed().with_indirect(photons).with_structure(images)),
+    ]
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_what_moves_changes_its_light(gpu: &Gpu) {
+    let [shadows, ..] = through(ACROSS_TEXELS);
+    let [_, sampled, _] = through(WITHIN_TEXEL);
+    let occlusion = Deep { max_distance: Some(2.0), ..Deep::default() };
+    let occlusion = unshadowed().with_occlusion(occlusion).with_structure(images());
+    check_moves(gpu, vec![shadows, sampled, ("occlusion deep".to_owned(), occlusion)]);
+}
+
+#[gpu_test(full, crate::gpu)]
+fn gpu_what_moves_changes_all_light(gpu: &Gpu) {
+    let mut requested = vec![
+        ("occlusion hbao".to_owned(), unshadowed().with_occlusion(Hbao { radius: 2.0, ..Hbao::default() })),
+        ("virtual lights".to_owned(), unshadowed().with_indirect(VirtualLights::default())),
+    ];
+    for tracer in Tracer::in_one_level() {
+        if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
+            testing::left_out("gpu_what_moves_changes_all_light", "this adapter has no ray query");
+            continue;
+        }
+        requested.extend(through(tracer));
+    }
+    check_moves(gpu, requested);
 }

@@ -6,14 +6,12 @@ use lanternfish::{
     settings::{Culling, DebugView, Indirect, Samples, Shadows, ToneMap, Tracer},
     techniques::{Sampled, SampledLights},
 };
-use lanternfish_gpu::testing;
+use lanternfish_gpu::{Gpu, testing};
 use lanternfish_papers::{Hbao, indirect::virtual_lights::VirtualLights};
 use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};
 
 use crate::support::differing;
 
-/// Frames of a run.
-const FRAMES: usize = 400;
 /// Warm-up frames: all settings have been used by then, which is asserted, and no more memory may be retained after.
 const WARM: usize = 200;
 /// Bytes that a run may retain in addition after the warm-up: allocator slack for varying sizes.
@@ -112,8 +110,19 @@ fn resident() -> Option<u64> {
     pages.split(' ').nth(1)?.parse::<u64>().ok().map(|pages| 4096 * pages)
 }
 
+/// Every fifth of a few frames is compared.
 #[gpu_test(crate::gpu)]
+fn gpu_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
+    check_changes(gpu, 60, 5);
+}
+
+/// All settings and kinds of change, and the memory that they leave.
+#[gpu_test(full, crate::gpu)]
 fn gpu_frames_of_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
+    check_changes(gpu, 400, 40);
+}
+
+fn check_changes(gpu: &Gpu, frames: usize, every: usize) {
     let (all, mut random, mut scene) = (settings(), Random(7), scene());
     let camera = scene.cameras[0].clone();
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), all[0].clone()).unwrap();
@@ -123,7 +132,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
     let mut used: Vec<bool> = (0..all.len()).map(|which| which == 0).collect();
     let mut last = None;
     let mut warm = None;
-    for frame in 0..FRAMES {
+    for frame in 0..frames {
         match random.below(15) {
             0..=5 => {
                 let instance = random.below(scene.instances.len());
@@ -178,7 +187,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
             assert!(used.iter().all(|used| *used), "{used:?}");
             warm = resident();
         }
-        if frame % 40 == 39 {
+        if frame % every == every - 1 {
             let fresh = renderer.upload(&scene).unwrap();
             let mut another = Renderer::with_engine(&testing::engine(gpu), renderer.settings().clone()).unwrap();
             assert_eq!(differing(&actual, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
@@ -192,6 +201,6 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload(gpu: &Gpu) {
         println!("{} MiB after {WARM} frames, {} at the end", warm >> 20, end >> 20);
         assert!(end < warm + KEPT, "{warm} bytes after {WARM} frames, {end} at the end");
     }
-    println!("{compared} compared, {changed} of {FRAMES} changed");
-    assert!(changed > FRAMES / 3, "{changed} frames changed");
+    println!("{compared} compared, {changed} of {frames} changed");
+    assert!(changed > frames / 3, "{changed} frames changed");
 }

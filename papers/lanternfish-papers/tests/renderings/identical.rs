@@ -12,29 +12,7 @@ use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, St
 
 use crate::support::{counter, differing, left_out_on_old_software, linear, quad, render};
 
-const SIZE: (u32, u32) = (150, 90);
-
-fn all_cullings() -> Vec<Culling> {
-    let mut cullings = vec![Culling::NONE];
-    for tile_size in TileSize::ALL.iter().copied() {
-        cullings.extend([false, true].map(|aabb_test| Culling::from(Tiled { tile_size, aabb_test })));
-        cullings.extend([1, 7, 32].map(|layers| Culling::from(RasterGrid { tile_size, layers })));
-    }
-    for shape in [
-        ClusterShape::Perspective { pixels: 16 },
-        ClusterShape::Perspective { pixels: 48 },
-        ClusterShape::Orthographic { side: 0.25 },
-        ClusterShape::Displaced { pixels: 32, distance: 3.0 },
-    ] {
-        for assignment in Assignment::ALL.iter().copied() {
-            for test in ClusterTest::ALL.iter().copied() {
-                let clustered = Clustered { shape, assignment, test, ..Clustered::default() };
-                cullings.push(Culling::from(clustered));
-            }
-        }
-    }
-    cullings
-}
+const SIZE: (u32, u32) = (75, 45);
 
 /// The Cornell box with many random small lights, with spots, a sun, and a coloured thin dielectric in front.
 fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
@@ -61,28 +39,57 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
     (scene, camera)
 }
 
+/// Points, spots, a sun, disks and rectangles: every culling technique gives the same image with the same rays.
 #[gpu_test(crate::gpu)]
 fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
-    let (scene, camera) = cornell_in_rain(1);
+    let clustered =
+        |shape, assignment, test| Culling::from(Clustered { shape, assignment, test, ..Clustered::default() });
+    let cullings = [
+        Culling::from(Tiled { tile_size: TileSize::Px8, aabb_test: false }),
+        Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: true }),
+        Culling::from(RasterGrid { tile_size: TileSize::Px16, layers: 7 }),
+        clustered(ClusterShape::Perspective { pixels: 16 }, Assignment::Hierarchy, ClusterTest::PlanesAndBox),
+        clustered(ClusterShape::Orthographic { side: 0.25 }, Assignment::BruteForce, ClusterTest::Planes),
+        clustered(ClusterShape::Displaced { pixels: 32, distance: 3.0 }, Assignment::Hierarchy, ClusterTest::Planes),
+    ];
+    let (mut scene, camera) = cornell_in_rain(1);
+    for (i, light) in scene.lights.iter_mut().enumerate().skip(2).step_by(9) {
+        let towards = Vec3::new((i as f32).sin(), -0.5, (2.0 * i as f32).sin()).normalize();
+        let (position, range, intensity) = (light.position, light.range, 10.0 * light.intensity);
+        let area = match i % 2 {
+            0 => Light::disk(position, towards, 0.1, intensity),
+            _ => Light::rectangle(position, towards, Vec3::X, [0.3, 0.1], intensity),
+        };
+        *light = Light { range, ..area };
+    }
     let rendering =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings::direct_light().with_culling(culling));
     let all = rendering(&scene, Culling::NONE);
-    let mut listed = Vec::new();
-    for culling in all_cullings() {
-        let tiled = rendering(&scene, culling.clone());
-        assert_eq!(differing(&tiled, &all), 0, "{culling:?}");
-        assert_eq!(tiled.display, all.display, "{culling:?}");
+    for culling in cullings {
+        let culled = rendering(&scene, culling.clone());
+        assert_eq!(differing(&culled, &all), 0, "{culling:?}");
+        assert_eq!(culled.display, all.display, "{culling:?}");
         // The same rays, too: an additional light in a list is out of range.
-        assert_eq!(counter(&tiled, "shadows/rays"), counter(&all, "shadows/rays"), "{culling:?}");
-        let tests = counter(&tiled, "light_culling/light_tests");
-        listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
+        assert_eq!(counter(&culled, "shadows/rays"), counter(&all, "shadows/rays"), "{culling:?}");
     }
-    println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
-    // Negative control: other lights give another image, and so does a light whose range is a tenth shorter.
-    assert!(differing(&rendering(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
-    let mut shorter = scene.clone();
-    shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
-    assert!(differing(&rendering(&shorter, Culling::default()), &all) > 1000);
+    // Negative control: a light whose range is a tenth shorter gives another image, and so do areas alone.
+    let is_seen = |of: fn(&Light) -> bool| {
+        let mut shorter = scene.clone();
+        let lights = shorter.lights.iter_mut().filter(|light| of(light));
+        lights.for_each(|light| light.range = light.range.map(|range| 0.9 * range));
+        differing(&rendering(&shorter, Culling::default()), &all) > 100
+    };
+    assert!(is_seen(|_| true) && is_seen(|light| light.area().is_some()));
+    // A scene without its area lights equals one that never had any.
+    let mut points = scene.clone();
+    points.lights.retain(|light| light.area().is_none());
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    for (scene, expected) in [(&points, &rendering(&points, Culling::NONE)), (&scene, &all)] {
+        renderer.update(&mut uploaded, scene).unwrap();
+        let actual = renderer.render(&uploaded, &camera, SIZE.into()).unwrap();
+        assert_eq!(differing(&actual, expected), 0, "{} lights", scene.lights.len());
+    }
 }
 
 /// Two stereo views, and a mirrored one in the opposite direction.
@@ -93,52 +100,55 @@ fn views(head: &Camera) -> Vec<Camera> {
     vec![left, right, back]
 }
 
-#[gpu_test(crate::gpu)]
-fn gpu_views_that_share_clusters_equal_single_views(gpu: &Gpu) {
+fn check_views(gpu: &Gpu, samples: Samples) {
     let (scene, mut head) = cornell_in_rain(1);
     // Into the box: the frusta of the eyes are wide.
     head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
-    let renderings = |cameras: &[Camera], culling, samples| {
+    let renderings = |cameras: &[Camera], culling| {
         let settings = Settings::direct_light().with_culling(culling).with_samples(samples);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
         let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.into())).collect();
         renderer.render_views(&scene, &views)
     };
-    for samples in [Samples::One, Samples::Four] {
-        let alone =
-            cameras.iter().map(|c| renderings(std::slice::from_ref(c), Culling::NONE, samples).unwrap().remove(0));
-        let alone: Vec<RenderedImage> = alone.collect();
-        for culling in [Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
-            let tiled = renderings(&cameras, culling.clone(), samples).unwrap();
-            for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
-                assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, {culling:?}");
+    let alone = cameras.iter().map(|c| renderings(std::slice::from_ref(c), Culling::NONE).unwrap().remove(0));
+    let alone: Vec<RenderedImage> = alone.collect();
+    // Negative control: the eyes do not see the same.
+    assert!(differing(&alone[0], &alone[1]) > 250);
+    let mut cullings = vec![(Culling::from(Tiled::default()), 3), (Culling::from(RasterGrid::default()), 3)];
+    for shape in [
+        ClusterShape::Perspective { pixels: 32 },
+        ClusterShape::Displaced { pixels: 32, distance: 2.0 },
+        ClusterShape::Orthographic { side: 0.3 },
+    ] {
+        for grouping in Grouping::ALL.iter().copied() {
+            let culling = Culling::from(Clustered { shape, grouping, ..Clustered::default() });
+            // No perspective grid covers views with opposite directions.
+            let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
+            if through_eye && grouping == Grouping::Enclosed {
+                let error = renderings(&cameras, culling.clone()).unwrap_err().to_string();
+                assert!(error.contains("ortho:"), "{error}");
             }
+            cullings.push((culling, if through_eye { 2 } else { 3 }));
         }
-        for shape in [
-            ClusterShape::Perspective { pixels: 32 },
-            ClusterShape::Displaced { pixels: 32, distance: 2.0 },
-            ClusterShape::Orthographic { side: 0.3 },
-        ] {
-            for grouping in Grouping::ALL.iter().copied() {
-                let culling = Culling::from(Clustered { shape, grouping, ..Clustered::default() });
-                // No perspective grid covers views with opposite directions.
-                let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
-                if through_eye && grouping == Grouping::Enclosed {
-                    let error = renderings(&cameras, culling.clone(), samples).unwrap_err().to_string();
-                    assert!(error.contains("ortho:"), "{error}");
-                }
-                let count = if through_eye { 2 } else { 3 };
-                let together = renderings(&cameras[..count], culling.clone(), samples).unwrap();
-                for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
-                    assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
-                }
-            }
-        }
-        // Negative control: the eyes do not see the same.
-        assert!(differing(&alone[0], &alone[1]) > 1000);
     }
+    for (culling, count) in cullings {
+        let together = renderings(&cameras[..count], culling.clone()).unwrap();
+        for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
+            assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
+        }
+    }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_views_that_share_clusters_equal_single_views(gpu: &Gpu) {
+    check_views(gpu, Samples::One);
+}
+
+#[gpu_test(full, crate::gpu)]
+fn gpu_samples_of_views_that_share_clusters_equal_those_of_single_views(gpu: &Gpu) {
+    check_views(gpu, Samples::Four);
 }
 
 /// More samples smooth edges: the image is closer to the mean of a much larger one.
@@ -179,28 +189,21 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
 #[gpu_test(crate::gpu)]
 fn gpu_images_are_the_same_from_run_to_run(gpu: &Gpu) {
     let (scene, camera) = cornell_in_rain(3);
+    let (other, other_camera) = cornell_in_rain(4);
     for culling in [Culling::default(), Culling::from(RasterGrid::default())] {
-        check_runs(gpu, &scene, &camera, culling);
+        let settings = || Settings::direct_light().with_shadows(Shadows::BVH).with_culling(culling.clone());
+        let first = render(gpu, &scene, &camera, SIZE, settings());
+        // A renderer that has rendered other images reuses lists and targets, without an effect on the image.
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
+        let (scene, other) = (renderer.upload(&scene).unwrap(), renderer.upload(&other).unwrap());
+        renderer.render(&other, &other_camera, [SIZE.0 + 13, SIZE.1 - 20]).unwrap();
+        for run in 0..2 {
+            let again = renderer.render(&scene, &camera, SIZE.into()).unwrap();
+            assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
+        }
+        // Negative control.
+        assert!(differing(&renderer.render(&other, &camera, SIZE.into()).unwrap(), &first) > 250);
     }
-}
-
-fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
-    let settings = || Settings::direct_light().with_shadows(Shadows::BVH).with_culling(culling.clone());
-    let first = render(gpu, scene, camera, SIZE, settings());
-    assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
-
-    // A renderer that has rendered other images reuses lists and targets, without an effect on the image.
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
-    let other = cornell_in_rain(4);
-    let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
-    let other = renderer.render(&other_scene, &other.1, [SIZE.0 + 13, SIZE.1 - 20]).unwrap();
-    for run in 0..3 {
-        let again = renderer.render(&scene, camera, SIZE.into()).unwrap();
-        assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
-    }
-    // Negative control.
-    let same_size = renderer.render(&other_scene, camera, SIZE.into()).unwrap();
-    assert!(differing(&same_size, &first) > 1000 && other.width == SIZE.0 + 13);
 }
 
 fn atrium() -> (Scene, Camera) {
@@ -226,7 +229,7 @@ fn gpu_texture_arrays_do_not_change_pixels(gpu: &Gpu) {
         // Negative control: with the textures in another order.
         let mut reordered = scene.clone();
         reordered.textures.rotate_left(1);
-        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 1000);
+        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 250);
     }
 }
 
@@ -324,7 +327,7 @@ fn gpu_depth_alone_needs_no_surface_target(gpu: &Gpu) {
 }
 
 /// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
-/// or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
+/// or starts that close to another surface. Measured at 320 x 180: 33 and 3 of 57,600 pixels.
 const TRACER_PIXELS: f64 = 1e-3;
 
 #[gpu_test(crate::gpu)]
@@ -337,7 +340,7 @@ fn gpu_tracers_agree(gpu: &Gpu) {
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let rendering = |gpu: &Gpu, shadows| {
-            render(gpu, &scene, &camera, (320, 180), Settings::direct_light().with_shadows(shadows))
+            render(gpu, &scene, &camera, (120, 68), Settings::direct_light().with_shadows(shadows))
         };
         let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| rendering(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
