@@ -2,24 +2,12 @@
 
 use std::fs;
 
-use serde_json::Value;
-
 use crate::{bench, program, walk};
 
-/// The deterministic part of a report: all but times.
-fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
-    let names = ["clusters", "lights", "views", "assignment", "differing_pixels"];
-    let rows = report["rows"].as_array().unwrap().iter();
-    rows.map(|row| (names.iter().map(|name| &row[name]).collect(), &row["counts"])).collect()
-}
-
 #[test]
-fn gpu_two_runs_count_the_same() {
+fn gpu_clusters_are_counted_for_every_scheme() {
     let folder = tempfile::tempdir().unwrap();
-    let [(first, said), (second, _)] =
-        ["first", "second"].map(|name| bench(folder.path(), "clustered demo:cornell --quick --size 32x18", name));
-    assert_eq!(exact(&first), exact(&second));
-    assert_eq!(first["left_out"], second["left_out"]);
+    let (first, said) = bench(folder.path(), "clustered demo:cornell --quick --size 32x18", "first");
 
     // Three shapes and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute force. Then brute force
     // for two eyes, and two views in opposite directions, which only boxes enclose.
@@ -46,12 +34,10 @@ fn gpu_two_runs_count_the_same() {
         }
     }
     // All schemes render the same image.
-    let [schemes, again] = [&first, &second].map(|report| report["schemes"].as_array().unwrap());
+    let schemes = first["schemes"].as_array().unwrap();
     assert_eq!(schemes.len(), 3 * 2, "{schemes:?}");
-    for (row, again) in schemes.iter().zip(again) {
-        for count in ["lights_listed", "light_tests", "bytes"] {
-            assert!(row[count].as_u64() > Some(0) && row[count] == again[count], "{count}: {row} {again}");
-        }
+    for row in schemes {
+        assert!(["lights_listed", "light_tests", "bytes"].iter().all(|count| row[count].as_u64() > Some(0)), "{row}");
         assert_eq!(row["differing_pixels"], 0, "{row}");
     }
     assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
@@ -75,6 +61,7 @@ fn the_attenuation_functions_are_drawn() {
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_a_track_makes_the_figures_of_the_thesis() {
     let folder = tempfile::tempdir().unwrap();
     let views = ["eye = [0, 1, 3.4], target = [0, 1, 0]", "eye = [0.3, 1.2, 2.8], target = [0, 1, 0]"];

@@ -2,35 +2,17 @@
 
 use std::{collections::BTreeSet, fs};
 
-use serde_json::Value;
-
 use crate::bench;
 
 const QUICK: &str = "--quick --runs 1 --rays 4096";
 
-/// The deterministic part of a report: all but times and rates.
-fn exact(report: &Value) -> (Vec<Value>, Vec<Value>) {
-    let without_times = |rows: &Value| {
-        let rows = rows.as_array().unwrap().iter().cloned();
-        rows.map(|mut row| {
-            row.as_object_mut().unwrap().retain(|name, _| !name.starts_with("rate") && !name.ends_with("_ms"));
-            row
-        })
-        .collect()
-    };
-    (without_times(&report["built"]), without_times(&report["traced"]))
-}
-
 #[test]
-fn gpu_two_runs_count_the_same() {
+#[ignore = "full"]
+fn gpu_deep_images_are_built_and_traced_in_every_way() {
     let folder = tempfile::tempdir().unwrap();
-    let (first, said) = bench(folder.path(), &format!("deep-images demo:cornell {QUICK}"), "first");
-    assert_eq!(said.lines().last(), Some("first/report.md"));
     fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
-    let (second, _) = bench(folder.path(), &format!("deep-images shot.toml {QUICK}"), "second");
-    assert_eq!(exact(&first), exact(&second));
-    assert_eq!(first["left_out"], second["left_out"]);
-
+    let (first, said) = bench(folder.path(), &format!("deep-images shot.toml {QUICK}"), "first");
+    assert_eq!(said.lines().last(), Some("first/report.md"));
     let built = first["built"].as_array().unwrap();
     let drawn = |builder: &str| {
         let row = built.iter().find(|row| row["builder"] == builder && row["directions"] == 4);
@@ -52,7 +34,6 @@ fn gpu_two_runs_count_the_same() {
     }
 
     let crossings = first["crossings"].as_array().unwrap();
-    assert_eq!(first["crossings"], second["crossings"]);
     let texels = |row: usize| crossings[row]["texels_a_ray"].as_f64().unwrap();
     let names: Vec<_> = crossings.iter().map(|row| row["what"].as_str().unwrap()).collect();
     let scenes =

@@ -6,6 +6,7 @@ use crate::bench;
 
 /// Temporal accumulation reduces error and flicker along a walk, and does not increase the error after a change of light.
 #[test]
+#[ignore = "full"]
 fn gpu_a_walk_flickers_less_with_a_history() {
     let folder = tempfile::tempdir().unwrap();
     let shot = "scene = \"demo:atrium\"\n[lights]\npoint = [[2, 2, 0, 6, 40, 40, 40], [-2, 3, 1, 8, 60, 40, 20]]\n[track]\nframes = 20\n\

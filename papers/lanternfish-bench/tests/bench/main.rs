@@ -5,11 +5,10 @@ mod deep_images;
 mod history;
 mod indirect;
 mod moving;
+mod one_bounce;
 mod papers;
-mod photons;
 mod probes;
 mod quality;
-mod virtual_lights;
 
 use std::{
     fs,
@@ -72,6 +71,10 @@ fn help_lists_every_benchmark() {
             success && help.contains(&format!("Usage: lanternfish-bench {name}")) && help.contains("--adapter"),
             "{help}"
         );
+    }
+    let help = said(&["help", "indirect", "--all"]).1;
+    for word in ["rays per second", "FLIP", "energy", "memory", "filter", "384"] {
+        assert!(help.split_whitespace().collect::<Vec<_>>().join(" ").contains(word), "{word:?} is not in\n{help}");
     }
     // Benchmarks have different defaults.
     for (name, default) in [

@@ -4,6 +4,7 @@ use crate::bench;
 
 /// Sent bytes and ray distances are exact. Deep images are rebuilt only after a motion.
 #[test]
+#[ignore = "full"]
 fn gpu_motion_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let (report, said) = bench(folder.path(), "moving demo:cornell --runs 1 --rays 4096", "report");

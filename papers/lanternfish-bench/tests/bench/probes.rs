@@ -22,6 +22,7 @@ fn figure(report: &Value, table: &str, scene: &str, technique: &str, key: &str) 
 
 /// A technique without bounces has no energy, one with a single bounce less than one with all, which has what the path tracer has.
 #[test]
+#[ignore = "full"]
 fn gpu_probes_report_lost_light() {
     let folder = tempfile::tempdir().unwrap();
     let report = bench(folder.path(), "--only right --scene cornell --technique good, --size 36x36 --spp 64");
@@ -51,6 +52,7 @@ fn gpu_probes_count_rays() {
 
 /// Light through a gap is reported as a leak, and closed rooms are dark.
 #[test]
+#[ignore = "full"]
 fn gpu_probes_report_leaks() {
     let folder = tempfile::tempdir().unwrap();
     let report = bench(folder.path(), "--only leaks --technique good,");
@@ -62,6 +64,7 @@ fn gpu_probes_report_leaks() {
 
 /// Without indirect light every error is greater; every frame with a reference is an image and a column of the sheet.
 #[test]
+#[ignore = "full"]
 fn gpu_probes_walk() {
     let folder = tempfile::tempdir().unwrap();
     let report = bench(folder.path(), "--only motion --scene cornell --technique good, --size 36x36 --warm 2");
