@@ -2,4 +2,6 @@
 
 pub(crate) mod light_views;
 pub mod photon_splatting;
+#[cfg(test)]
+mod tests;
 pub mod virtual_lights;

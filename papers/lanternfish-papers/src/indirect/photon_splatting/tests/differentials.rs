@@ -145,6 +145,7 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     memory.bind(&["placed_photons", "lights"], &vec![lanternfish::lights::Light::zeroed(); ways.len()]);
     memory.bind(&["queries"], &ways.iter().flat_map(|w| query(w.p, w.texel, w.normals[0])).collect::<Vec<_>>());
     memory.bind(&["answers"], &[Vec4::ZERO]);
+    memory.bind(&["light_count"], &[Vec4::ZERO]);
 
     let probe = "testing/photon_differentials";
     let probe = library.link(probe, &Tracer::BVH.features(&Structure::NONE, true)).unwrap_or_else(|e| panic!("{e}"));
