@@ -93,7 +93,7 @@ fn gpu_both_sorts_give_the_list_of_the_cpu(gpu: &Gpu) {
 }
 
 /// The comparison detects a network with a wrong comparison, and a wrong merge.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_wrong_sorts_are_detected(gpu: &Gpu) {
     let edits = [
         ("network", "vec4<bool>(true, true, false, false)", "vec4<bool>(true, false, true, false)"),
