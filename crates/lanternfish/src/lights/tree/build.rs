@@ -1,11 +1,7 @@
 //! Builds the tree over lights with a position on the device (`build.wesl`).
 
-use std::sync::Arc;
-
 use glam::{UVec2, Vec2, Vec3};
-use lanternfish_gpu::{
-    ComputeKernel, Frame, GpuError, LinkedShader, Pool, Profiler, gpu_struct, primitives::RadixSort,
-};
+use lanternfish_gpu::{ComputeKernel, Frame, GpuError, Pool, Profiler, gpu_struct, primitives::RadixSort};
 
 use super::{LightNode, LightTrees};
 use crate::{
@@ -85,12 +81,8 @@ pub(super) struct TreeBuilder {
 impl TreeBuilder {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Self, GpuError> {
-        Self::of(device, queue, &DECLARED.link("lights/tree/build", &[])?)
-    }
-
-    /// The same, of this shader.
-    pub fn of(device: &wgpu::Device, queue: &wgpu::Queue, shader: &Arc<LinkedShader>) -> Result<Self, GpuError> {
-        let kernel = |entry: &str| ComputeKernel::new(device, shader, entry, &format!("lights/tree/{entry}"));
+        let shader = DECLARED.link("lights/tree/build", &[])?;
+        let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("lights/tree/{entry}"));
         Ok(Self {
             keys: kernel("keys"),
             split: kernel("split"),

@@ -84,16 +84,7 @@ impl SceneLightTrees {
         lights: &LightSet,
         triangles: Vec<EmissiveTriangle>,
     ) -> Result<Self, GpuError> {
-        Self::with(device, queue, lights, triangles, TreeBuilder::new(device, queue)?)
-    }
-
-    fn with(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        lights: &LightSet,
-        triangles: Vec<EmissiveTriangle>,
-        builder: TreeBuilder,
-    ) -> Result<Self, GpuError> {
+        let builder = TreeBuilder::new(device, queue)?;
         let layout = LightTrees::default();
         let trees = uniform_buffer_of(device, "scene/light_trees", &layout);
         let nodes = storage_buffer(device, "scene/light_nodes", bytes_of(1))?;
