@@ -42,35 +42,38 @@ fn gpu_many_first_samples_keep_every_bounce(gpu: &Gpu) {
     }
 }
 
-/// Light of two, three and all bounces, compared with paths of four, five and any number of segments. In the hall, rotated about all axes, the two
-/// sides of a wall seen from within it are close to each other, and face the same directions as its other sides.
+/// Compares light of so many bounces with paths of so many segments, and with those of another number: the test can fail.
+fn check_bounces(gpu: &Gpu, scene: &Scene, camera: &Camera, counts: &[(Bounces, u32, [u32; 2])]) {
+    let direct = over_frames(sampled(Tracer::BVH), 8).with_indirect(Indirect::NONE);
+    let direct = mean(&rendering(gpu, direct, scene, camera));
+    let traced = |depth| mean(&traced(scene, camera, depth, 128));
+    let traced_direct = traced(2);
+    for (bounces, depth, others) in counts {
+        let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, *bounces) };
+        let actual = mean(&rendering(gpu, over_frames(entries, 8), scene, camera)) - direct;
+        let fraction = |depth| actual / (traced(depth) - traced_direct);
+        let (right, others) = (fraction(*depth), others.map(fraction));
+        println!("{bounces}: {right:.4} of the light; of other numbers of bounces {others:.4?}");
+        assert!((right - 1.0).abs() < if *bounces == Bounces::All { 0.04 } else { 0.03 }, "{bounces}: {right}");
+        assert!(others.iter().all(|other| !(0.96..1.05).contains(other)), "{bounces}: {others:?}");
+    }
+}
+
+const EVERY_BOUNCE: (Bounces, u32, [u32; 2]) = (Bounces::All, u32::MAX, [3, 3]);
+
 #[gpu_test]
 fn gpu_bounces_match_path_tracer(gpu: &Gpu) {
+    let counts = [(Bounces::UpTo(3), 5, [4, 6]), EVERY_BOUNCE];
+    check_bounces(gpu, &cornell(), &looking(CAMERA.0, CAMERA.1), &counts);
+}
+
+/// In the hall, rotated about all axes, the two sides of a wall seen from within it are close to each other, and face the same directions as its other
+/// sides.
+#[gpu_test(full)]
+fn gpu_every_bounce_matches_path_tracer_in_the_hall(gpu: &Gpu) {
     let hall = demo("hall").unwrap();
-    let inside = hall.cameras[0].clone();
-    // Bounces, the segments of such paths, and segments of paths with another number: the test can fail.
-    let (two, three) = ((Bounces::UpTo(2), 4, [3, 5]), (Bounces::UpTo(3), 5, [4, 6]));
-    let all = (Bounces::All, u32::MAX, [3, 3]);
-    for (name, scene, camera, counts) in
-        [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), vec![two, three, all]), ("hall", hall, inside, vec![all])]
-    {
-        let direct = over_frames(sampled(Tracer::BVH), 16).with_indirect(Indirect::NONE);
-        let direct = mean(&rendering(gpu, direct, &scene, &camera));
-        let traced = |depth| mean(&traced(&scene, &camera, depth, 128));
-        let traced_direct = traced(2);
-        for (bounces, depth, others) in counts {
-            let entries = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, bounces) };
-            let actual = mean(&rendering(gpu, over_frames(entries, 16), &scene, &camera)) - direct;
-            let fraction = |depth| actual / (traced(depth) - traced_direct);
-            let (right, others) = (fraction(depth), others.map(fraction));
-            println!("{name}, {bounces}: {right:.4} of the light; of other numbers of bounces {others:.4?}");
-            assert!(
-                (right - 1.0).abs() < if bounces == Bounces::All { 0.04 } else { 0.03 },
-                "{name}, {bounces}: {right}"
-            );
-            assert!(others.iter().all(|other| !(0.96..1.05).contains(other)), "{name}, {bounces}: {others:?}");
-        }
-    }
+    check_bounces(gpu, &hall, &hall.cameras[0], &[EVERY_BOUNCE]);
+    check_bounces(gpu, &cornell(), &looking(CAMERA.0, CAMERA.1), &[(Bounces::UpTo(2), 4, [3, 5])]);
 }
 
 /// Entries that have migrated to another table keep their radiance for each number of bounces.
@@ -199,7 +202,7 @@ fn gpu_light_enters_by_the_door_only(gpu: &Gpu) {
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
         let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
         let actual = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
-        let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 192));
+        let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 96));
         println!("a wall of {thickness} edges: {:.4} of the light", actual / ground_truth);
         // Light of many bounces is not complete. If all entries had the same vote, the fraction would be 0.64.
         assert!((0.8..1.02).contains(&(actual / ground_truth)), "{thickness}: {actual} of {ground_truth}");

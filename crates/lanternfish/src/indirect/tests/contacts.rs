@@ -20,7 +20,7 @@ fn blocks(pixels: &[Vec3]) -> Vec<f64> {
 
 /// Diffuse light is filtered along the surface, not over pixels of a grazing floor: lit floor does not brighten the shadows at the blocks' feet. A
 /// mean of eight frames was off by 8.5 % in the mean and by 31 % in a twentieth of the blocks; it is 7.2 and 24 %.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_shadows_at_the_feet_of_blocks_stay_dark(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let (camera, size) = (&scene.cameras[0], UVec2::splat(EDGE));

