@@ -244,15 +244,10 @@ fn camera(random: &mut Random, reach: Vec3) -> Camera {
 /// Scenes with cameras of all kinds.
 fn cases() -> Vec<(Scene, Vec<Camera>)> {
     let mut random = Random::new(11);
-    let mut cases = Vec::new();
-    for seed in 0..2 {
-        cases.push((thin_dielectrics(seed), (0..2).map(|_| camera(&mut random, Vec3::new(6.0, 4.0, 9.0))).collect()));
-    }
-    for demo in ["cornell", "atrium"] {
-        let scene = generate::demo(demo).unwrap();
-        cases.push((scene.clone(), vec![scene.cameras[0].clone(), camera(&mut random, 0.4 * scene.bounds().size())]));
-    }
-    cases
+    let around = (0..2).map(|_| camera(&mut random, Vec3::new(6.0, 4.0, 9.0))).collect();
+    let [cornell, atrium] = ["cornell", "atrium"].map(|name| generate::demo(name).unwrap());
+    let inside = vec![atrium.cameras[0].clone(), camera(&mut random, 0.4 * atrium.bounds().size())];
+    vec![(thin_dielectrics(0), around), (cornell.clone(), vec![cornell.cameras[0].clone()]), (atrium, inside)]
 }
 
 /// No opaque and no transparent surface misses its cluster.
@@ -269,7 +264,7 @@ fn gpu_no_surface_misses_its_cluster(gpu: &Gpu) {
                 total += covered;
             }
         }
-        for seed in 3..6 {
+        for seed in 3..5 {
             let scene = thin_dielectrics(seed);
             let camera = camera(&mut random, Vec3::new(6.0, 4.0, 9.0));
             let (covered, unmarked) = harness.unmarked_transparent(&scene, &camera, true);
@@ -287,6 +282,6 @@ fn gpu_no_surface_misses_its_cluster(gpu: &Gpu) {
         assert!(magenta > 0, "{shape:?}: does not detect a camera shift");
     }
     println!("{total} and {transparent} fragments; without the transparent surfaces {missed} miss their cluster");
-    assert!(total > 220_000, "the cases cover too little: {total} fragments");
-    assert!(transparent > 25_000 && missed > 250, "{transparent} fragments, {missed} missed");
+    assert!(total > 130_000, "the cases cover too little: {total} fragments");
+    assert!(transparent > 15_000 && missed > 150, "{transparent} fragments, {missed} missed");
 }

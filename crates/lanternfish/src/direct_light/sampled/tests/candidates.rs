@@ -289,8 +289,8 @@ fn check_draws(gpu: &Gpu, cases: &[Case]) {
                 let (found, trials) = (drawn.found(&mut kernels, tiles, frames), f64::from(tiles * frames));
                 let fault = |found: &[(u32, f32)]| fault(&worths, found, drawn.emitters(), trials);
                 fault(&found).unwrap_or_else(|what| panic!("{name}: {what}"));
-                // The check can fail: chances that are stated 5 % too high, and draws that are a tenth too many.
-                let stated: Vec<_> = found.iter().map(|(count, chance)| (*count, 1.05 * chance)).collect();
+                // The check can fail: chances that are stated a tenth too high, and draws that are a tenth too many.
+                let stated: Vec<_> = found.iter().map(|(count, chance)| (*count, 1.1 * chance)).collect();
                 let more: Vec<_> = found.iter().map(|(count, chance)| (count + count / 10, *chance)).collect();
                 assert!(trials < 1000.0 || (fault(&stated).is_err() && fault(&more).is_err()), "{name}");
             }
