@@ -83,7 +83,7 @@ fn report(name: &str, error: &RelativeError, within: f32) {
 fn gpu_cornell_direct_light_is_the_reference(gpu: &Gpu) {
     let name = "gpu_cornell_direct_light_is_the_reference";
     let Some(reference) = Reference::load(name, "references", "cornell-point-direct") else { return };
-    let mut ours = reference.rendered(gpu, 4);
+    let mut ours = reference.rendered(gpu, 8);
     let error = reference.compare(&ours);
     report("cornell-point-direct", &error, 0.02);
     assert!(error.median() < 0.005, "median {}", error.median());

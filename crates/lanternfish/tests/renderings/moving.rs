@@ -96,7 +96,7 @@ fn gpu_smooth_meshes_show_no_triangles(gpu: &Gpu) {
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let scene = renderer.upload(&scene).unwrap();
     let mut frame = || linear(&renderer.render(&scene, &camera, [EDGE as u32; 2]).unwrap());
-    let frames: Vec<_> = (0..24).map(|_| frame()).collect();
+    let frames: Vec<_> = (0..16).map(|_| frame()).collect();
     let mean = mean_of(&frames[8..]);
     // Rows in the middle of the ball, over what a ball without triangles would show.
     let row = |y: usize| {

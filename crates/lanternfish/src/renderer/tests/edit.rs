@@ -7,9 +7,8 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     RenderError, Renderer, Settings, Target, ViewRequest,
-    settings::{Exposure, Indirect, Shadows, Tracer},
+    settings::{Culling, Exposure, Shadows},
     shaders::SHADERS,
-    techniques::Sampled,
 };
 
 /// A file of the library with one passage replaced.
@@ -23,8 +22,7 @@ fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
 fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
-    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::BVH.into(), ..Sampled::default() };
-    let settings = Settings::default().with_shadows(Shadows::BVH).with_indirect(few).with_exposure(Exposure::Ev(0.0));
+    let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(0.0));
     let engine = Engine::new(&gpu.device, &gpu.queue);
     let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -57,7 +55,7 @@ fn gpu_edited_shaders_take_effect_and_invalid_ones_change_nothing(gpu: &Gpu) {
     let mut other = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let again = other.upload(&scene).unwrap();
     assert_eq!(other.render(&again, camera, [32, 24]).unwrap().radiance, dark);
-    renderer.set(settings.clone().with_exposure(Exposure::Ev(1.0)).with_indirect(Indirect::NONE)).unwrap();
+    renderer.set(settings.clone().with_exposure(Exposure::Ev(1.0)).with_culling(Culling::NONE)).unwrap();
     renderer.set(settings).unwrap();
     assert_eq!(shown(&mut renderer), dark);
 

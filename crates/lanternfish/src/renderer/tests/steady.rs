@@ -6,7 +6,7 @@ use lanternfish_scene::generate::{demo, light_rain};
 use crate::{
     Renderer, Settings,
     context::FrameContext,
-    settings::{Antialiasing, Culling, Exposure, History, Samples, Shadows},
+    settings::{Antialiasing, Exposure, History, Samples, Shadows},
     techniques::{Sampled, SampledLights, Tiled},
     testing::steady::{Frames, camera, check_steady},
 };
@@ -28,34 +28,40 @@ fn rays() -> Settings {
     Settings::direct_light().with_indirect(few)
 }
 
-#[gpu_test]
-fn gpu_a_repeated_frame_allocates_nothing(gpu: &Gpu) {
+type Repeated = (&'static str, bool, Growth, Settings);
+
+fn check_repeated(gpu: &Gpu, frames: Vec<Repeated>) {
     // One scene with many draws is enough.
     let [large, small] = ["atrium", "cornell"].map(|name| demo(name).unwrap());
-    let tiled = Culling::from(Tiled::default());
-    for (name, is_averaged, growth, settings) in [
-        ("direct light", false, Growth::Blocking, bvh(Settings::direct_light())),
-        (
-            "tiled, four samples",
-            false,
-            Growth::Blocking,
-            bvh(Settings::direct_light()).with_culling(tiled).with_samples(Samples::Four),
-        ),
-        ("sampled direct light", false, Growth::Blocking, sampled()),
-        ("sampled direct light that does not wait", true, Growth::Deferred, sampled()),
-        (
-            "temporal antialiasing that does not wait",
-            false,
-            Growth::Deferred,
-            sampled().with_antialiasing(Antialiasing::Temporal),
-        ),
-        ("indirect light", false, Growth::Blocking, bvh(rays())),
-        ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),
-        ("a mean of frames that do not wait", true, Growth::Deferred, bvh(Settings::direct_light())),
-    ] {
+    for (name, is_averaged, growth, settings) in frames {
         let scene = if name == "direct light" { &large } else { &small };
         check_steady(gpu, scene, Frames { name, is_averaged, growth, settings });
     }
+}
+
+#[gpu_test]
+fn gpu_a_repeated_frame_allocates_nothing(gpu: &Gpu) {
+    let direct = bvh(Settings::direct_light());
+    let frames = vec![
+        ("direct light", false, Growth::Blocking, direct.clone()),
+        ("a mean of frames that do not wait", true, Growth::Deferred, direct),
+        ("indirect light", false, Growth::Blocking, bvh(rays())),
+    ];
+    check_repeated(gpu, frames);
+}
+
+#[gpu_test(full)]
+fn gpu_a_repeated_frame_of_other_settings_allocates_nothing(gpu: &Gpu) {
+    let tiled = bvh(Settings::direct_light()).with_culling(Tiled::default()).with_samples(Samples::Four);
+    let temporal = sampled().with_antialiasing(Antialiasing::Temporal);
+    let frames = vec![
+        ("tiled, four samples", false, Growth::Blocking, tiled),
+        ("sampled direct light", false, Growth::Blocking, sampled()),
+        ("sampled direct light that does not wait", true, Growth::Deferred, sampled()),
+        ("temporal antialiasing that does not wait", false, Growth::Deferred, temporal),
+        ("indirect light, a mean of frames", true, Growth::Blocking, bvh(rays())),
+    ];
+    check_repeated(gpu, frames);
 }
 
 /// Size of the pool, bytes, after the first and the second number of frames. Sizes, lights, exposure and the number of views change each

@@ -70,7 +70,7 @@ fn gpu_glass_agrees_with_the_path_tracer(gpu: &Gpu) {
     let thin = Scene { environment: scene.environment.clone(), sky: Vec3::ZERO, ..thin };
     let drawn = |scene| image_of(gpu, SIZE, settings(sampled(Tracer::BVH)), scene, &camera);
     let (actual, straight) = (drawn(&scene), drawn(&thin));
-    let truth = traced_of(SIZE, &scene, &camera, 8, 256);
+    let truth = traced_of(SIZE, &scene, &camera, 8, 128);
     for (row, ((actual, straight), truth)) in
         rows(&actual).into_iter().zip(rows(&straight)).zip(rows(&truth)).enumerate()
     {
@@ -102,7 +102,7 @@ fn gpu_dispersion_agrees_with_the_path_tracer(gpu: &Gpu) {
     };
     let (scene, camera) = of(8.0);
     let (actual, without) = (drawn(8.0), drawn(0.0));
-    let truth = apart(&traced_of(SIZE, &scene, &camera, 8, 512));
+    let truth = apart(&traced_of(SIZE, &scene, &camera, 8, 128));
     println!("red less blue {actual:.5}, path tracer {truth:.5}, without dispersion {without:.5}");
     assert!(without.abs() < 0.01 * truth.abs() && (actual / truth - 1.0).abs() < 0.4, "{actual}, {truth}, {without}");
 }
