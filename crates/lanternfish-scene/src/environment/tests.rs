@@ -146,7 +146,7 @@ fn radiance_files_are_read() {
 }
 
 #[test]
-fn exr_files_are_read_and_negative_values_become_zero() {
+fn exr_files_are_read_negative_values_become_zero_and_others_that_are_no_light_are_refused() {
     let folder = Folder::new();
     let pixel = |i: usize| [i as f32 * 0.125, 1e6, if i == 3 { -0.5 } else { 2.0 }];
     let environment = Environment::load(&folder.file("a.exr", exr_file(7, 5, pixel))).expect("read");
@@ -154,11 +154,7 @@ fn exr_files_are_read_and_negative_values_become_zero() {
     for (i, actual) in environment.pixels.iter().enumerate() {
         assert_eq!(*actual, Vec3::from(pixel(i)).max(Vec3::ZERO), "{i}");
     }
-}
-
-#[test]
-fn nan_and_infinite_pixels_are_counted_and_refused() {
-    let folder = Folder::new();
+    // Infinite pixels, and those that are not a number, are counted.
     let pixel =
         |i: usize| [1.0, if i.is_multiple_of(4) { f32::NAN } else { 0.0 }, if i == 1 { f32::INFINITY } else { 0.0 }];
     let fault = folder.fault("sun.exr", exr_file(6, 2, pixel));
@@ -206,7 +202,7 @@ fn mutated_files_are_images_or_errors() {
         (state >> 33) as usize % below
     };
     let (mut images, mut errors) = (0, 0);
-    for i in 0..3000 {
+    for i in 0..1200 {
         let (name, seed) = &seeds[i % seeds.len()];
         let mut bytes = seed.clone();
         for _ in 0..=random(4) {
@@ -221,7 +217,7 @@ fn mutated_files_are_images_or_errors() {
             Err(_) => errors += 1,
         }
     }
-    assert!(images > 300 && errors > 300, "{images} images, {errors} errors: the mutations are too weak or too strong");
+    assert!(images > 120 && errors > 120, "{images} images, {errors} errors: the mutations are too weak or too strong");
 }
 
 #[test]

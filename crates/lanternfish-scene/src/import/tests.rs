@@ -1,7 +1,7 @@
 //! Tests of path confinement and memory limits.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::Vec3;
 
@@ -213,17 +213,6 @@ fn libraries_and_textures_are_within_the_budget() {
     fs::write(folder.path().join("wide.png"), vec![0; 6_000_000]).unwrap();
     assert_eq!(refused("newmtl a\nmap_Kd wide.png\n"), "wide.png needs");
     assert_eq!(within("newmtl a\nKd 1 0 0\n").unwrap().materials[0].base_color.y, 0.0);
-}
-
-#[cfg(unix)]
-#[test]
-fn names_need_not_be_utf8() {
-    use std::ffi::OsStr;
-    use std::os::unix::ffi::OsStrExt;
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join(Path::new(OsStr::from_bytes(b"caf\xe9.obj")));
-    fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    assert_eq!(load(&path).unwrap().triangle_counts(), (1, 1));
 }
 
 /// With z up the file's +z is the scene's +y, and its +y the scene's -z.

@@ -143,11 +143,8 @@ fn objects_attached_to_a_node_move_with_it() {
     upright.pose(0, 1.0);
     assert!(near(upright.cameras[0].eye(), Vec3::new(child.x, child.z, -child.y)));
     // Areas scale with their node.
-    assert!(
-        (scene.lights[0].area().unwrap() / Light::disk(Vec3::ZERO, Vec3::Z, 0.5, Vec3::ONE).area().unwrap() - 1.0)
-            .abs()
-            < 1e-5
-    );
+    let area = Light::disk(Vec3::ZERO, Vec3::Z, 0.5, Vec3::ONE).area().unwrap();
+    assert!((scene.lights[0].area().unwrap() / area - 1.0).abs() < 1e-5);
     assert_eq!(scene.lights[1], Light::point(Vec3::ONE, Vec3::ONE), "a light without a node is unchanged");
     // Vertices: first the morph target, 0.5 m along z; then the joints.
     let child_from = |p: Vec3| child + Quat::from_rotation_z(FRAC_PI_2 / 2.0) * (2.0 * p);

@@ -56,10 +56,7 @@ fn polygons_become_triangles_and_v_is_flipped() {
     assert_eq!(square.uv0, [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(Vec2::from));
     assert_eq!((square.normals[3], square.winding_faults(), square.tangents.len()), (Vec3::Z, 0, 0));
     assert_eq!(scene.name, "test");
-}
-
-#[test]
-fn negative_indices_count_back() {
+    // Negative indices count back.
     let absolute = obj(&format!("{SQUARE}f 1/1/1 2/2/1 3/3/1\n"));
     let relative = obj(&format!("{SQUARE}f -4/-4/-1 -3/-3/-1 \\\n -2/-2/-1\nv 9 9 9\n"));
     assert_eq!(format!("{:?}", only(&absolute)), format!("{:?}", only(&relative)));
@@ -231,24 +228,21 @@ fn broken_files_are_refused_with_the_line() {
 
 #[test]
 fn unreadable_material_values_are_noted() {
-    let mut notes = super::Notes::new();
-    let mtl = "newmtl a\nKd red green blue\nNs shiny\nillum\n# Kd x\nKs 0.1 0.2 0.3\nPr nan\nKe inf 0 0\n";
-    let text = super::materials::clean(mtl, "a.mtl", &mut notes);
+    let cleaned = |mtl: &str| {
+        let mut notes = super::Notes::new();
+        let text = super::materials::clean(&format!("newmtl a\n{mtl}\n"), "a.mtl", &mut notes);
+        (text, notes.into_iter().collect::<Vec<_>>())
+    };
+    let (text, notes) = cleaned("Kd red green blue\nNs shiny\nillum\n# Kd x\nKs 0.1 0.2 0.3\nPr nan\nKe inf 0 0");
     assert_eq!(text, "newmtl a\nKs 0.1 0.2 0.3\n");
     let noted = "a.mtl: 5 lines have no readable value and are left out; line 2: Kd red green blue";
-    assert_eq!(notes.into_iter().collect::<Vec<_>>(), [noted]);
+    assert_eq!(notes, [noted]);
     // Non-finite greys of one number.
     for value in ["nan", "inf", "-inf"] {
-        let mut notes = super::Notes::new();
-        let text = super::materials::clean(&format!("newmtl a\nKd {value}\nKe {value}\n"), "a.mtl", &mut notes);
+        let (text, notes) = cleaned(&format!("Kd {value}\nKe {value}"));
         assert_eq!((text.as_str(), notes.len()), ("newmtl a\n", 1), "{value}");
     }
-    let mut notes = super::Notes::new();
-    super::materials::clean(
-        "newmtl a\nKd 0.5 0.5 0.5\nNs 30\nTr 0.5 0.5 0.5\nillum 2\nmap_Kd a.png\n",
-        "a.mtl",
-        &mut notes,
-    );
+    let (_, notes) = cleaned("Kd 0.5 0.5 0.5\nNs 30\nTr 0.5 0.5 0.5\nillum 2\nmap_Kd a.png");
     assert!(notes.is_empty(), "{notes:?}");
 }
 

@@ -23,12 +23,11 @@ fn compressed(file: &mut File, mode: &str, filter: Option<&str>, stride: usize, 
         "buffer": 1, "byteOffset": 0, "byteLength": stride * count,
         "extensions": { "EXT_meshopt_compression": extension },
     });
+    let view = file.push("bufferViews", view);
     if mode == "ATTRIBUTES" {
-        let mut view = view;
-        view["byteStride"] = json!(stride);
-        return file.push("bufferViews", view);
+        file.json["bufferViews"][view]["byteStride"] = json!(stride);
     }
-    file.push("bufferViews", view)
+    view
 }
 
 fn accessor(file: &mut File, view: usize, shape: &str, component: u32, count: usize) -> usize {
@@ -40,6 +39,16 @@ fn finish(file: &mut File) {
     let bin = file.bin.len();
     file.json["buffers"] = json!([{ "byteLength": bin }, { "byteLength": 9, "extensions": { "EXT_meshopt_compression": { "fallback": true } } }]);
     file.json["extensionsRequired"] = json!(["EXT_meshopt_compression", "KHR_mesh_quantization"]);
+}
+
+/// A file of `count` positions in these compressed bytes.
+fn of_positions(bytes: &[u8], count: usize) -> File {
+    let mut file = File::with_primitive(|file| {
+        let view = compressed(file, "ATTRIBUTES", None, 12, count, bytes);
+        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, count) } })
+    });
+    finish(&mut file);
+    file
 }
 
 fn corners() -> Vec<[f32; 3]> {
@@ -73,11 +82,7 @@ fn compressed_triangles_round_trip() {
 #[test]
 fn views_of_equal_compressed_bytes_are_decoded_once() {
     let positions: Vec<[f32; 3]> = corners().iter().copied().cycle().take(99_999).collect();
-    let mut file = File::with_primitive(|file| {
-        let bytes = vertices_encoded(&positions);
-        let view = compressed(file, "ATTRIBUTES", None, 12, 99_999, &bytes);
-        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
-    });
+    let mut file = of_positions(&vertices_encoded(&positions), 99_999);
     let view = file.json["bufferViews"][1].clone();
     let primitive = |file: &mut File| {
         let view = file.push("bufferViews", view.clone());
@@ -85,7 +90,6 @@ fn views_of_equal_compressed_bytes_are_decoded_once() {
     };
     let primitives: Vec<_> = (0..100).map(|_| primitive(&mut file)).collect();
     file.json["meshes"][0]["primitives"] = primitives.into();
-    finish(&mut file);
     let scene = load_within(&file.glb(), 10_000_000).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scene.meshes[0].primitives.len(), 100);
 }
@@ -100,14 +104,8 @@ fn filters_are_undone() {
             let mut filtered = [0; 36];
             encode_filter_exp(&mut filtered, 3, 12, 15, positions.as_flattened(), EncodeExpMode::Separate)
                 .expect("encoded");
-            let view = compressed(
-                file,
-                "ATTRIBUTES",
-                Some("EXPONENTIAL"),
-                12,
-                3,
-                &vertices_encoded(filtered.as_chunks::<12>().0),
-            );
+            let bytes = vertices_encoded(filtered.as_chunks::<12>().0);
+            let view = compressed(file, "ATTRIBUTES", Some("EXPONENTIAL"), 12, 3, &bytes);
             let position = accessor(file, view, "VEC3", F32, 3);
             let normal = if bits == 8 {
                 let mut filtered = [0; 12];
@@ -208,18 +206,16 @@ fn invalid_instances_are_refused() {
 fn damaged_compression_is_refused() {
     let encoded = vertices_encoded(&corners());
     let build = |bytes: &[u8], change: &dyn Fn(&mut Value)| {
-        let mut file = File::with_primitive(|file| {
-            let view = compressed(file, "ATTRIBUTES", None, 12, 3, bytes);
-            json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
-        });
-        finish(&mut file);
+        let mut file = of_positions(bytes, 3);
         change(&mut file.json["bufferViews"][1]);
         file
     };
     let set = |key: &'static str, value: Value| {
         move |view: &mut Value| view["extensions"]["EXT_meshopt_compression"][key] = value.clone()
     };
-    assert_eq!(build(&encoded, &|_| ()).scene().triangle_counts(), (1, 1));
+    let mut sound = build(&encoded, &|_| ());
+    sound.json["buffers"][1]["uri"] = json!("not there.bin");
+    assert_eq!(sound.scene().triangle_counts(), (1, 1), "bytes of a fallback are not read");
     for length in 0..encoded.len() {
         assert_contains(&build(&encoded[..length], &|_| ()).fault(), "damaged");
     }
@@ -248,16 +244,4 @@ fn damaged_compression_is_refused() {
             let _ = build(&noise, &|_| ()).load();
         }
     }
-}
-
-#[test]
-fn bytes_of_a_fallback_are_not_read() {
-    let mut file = File::with_primitive(|file| {
-        let bytes = vertices_encoded(&corners());
-        let view = compressed(file, "ATTRIBUTES", None, 12, 3, &bytes);
-        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
-    });
-    finish(&mut file);
-    file.json["buffers"][1]["uri"] = json!("not there.bin");
-    assert_eq!(file.scene().triangle_counts(), (1, 1));
 }

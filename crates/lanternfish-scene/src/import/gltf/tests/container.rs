@@ -95,22 +95,18 @@ fn files_beside_the_scene_are_found() {
 }
 
 #[test]
-fn a_missing_or_unknown_file_is_named() {
+fn files_that_are_not_there_or_elsewhere_are_named() {
     match load("no such folder/scene.glb") {
         Err(SceneError::Io { path, .. }) => assert_eq!(path, Path::new("no such folder/scene.glb")),
         other => panic!("{other:?}"),
     }
     assert!(matches!(load("scene.fbx"), Err(SceneError::UnknownFormat { .. })));
     assert!(matches!(load("demo:no such demo"), Err(SceneError::UnknownDemo { .. })));
-}
-
-#[test]
-fn uris_elsewhere_are_refused() {
     let error = with_uri("https://example.org/a.bin").load().expect_err("it is elsewhere");
     assert!(matches!(&error, SceneError::Unsupported { what, .. } if what.contains("https://example.org")), "{error}");
-    assert_contains(&with_uri("/root.bin").fault(), "not a path relative");
-    assert_contains(&with_uri("").fault(), "not a path relative");
-    assert_contains(&with_uri("%ff.bin").fault(), "not UTF-8");
+    for (uri, fault) in [("/root.bin", "not a path relative"), ("", "not a path relative"), ("%ff.bin", "not UTF-8")] {
+        assert_contains(&with_uri(uri).fault(), fault);
+    }
 }
 
 #[test]

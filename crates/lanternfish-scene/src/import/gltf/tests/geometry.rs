@@ -31,35 +31,19 @@ fn facings(primitive: &Primitive) -> Vec<bool> {
 }
 
 #[test]
-fn strips_become_lists_of_one_winding() {
+fn strips_and_fans_become_lists_of_one_winding() {
     let primitive = zigzag(5, None).primitive();
-    assert_eq!(primitive.indices, [0, 1, 2, 1, 3, 2, 2, 3, 4]);
-    assert_eq!(facings(&primitive), [false; 3]);
-}
-
-#[test]
-fn degenerate_triangles_of_strips_are_dropped() {
-    let primitive = zigzag(5, Some(&[0, 1, 2, 2, 3, 3, 4, 2])).primitive();
-    assert_eq!(primitive.indices, [0, 1, 2, 3, 2, 4]);
-}
-
-#[test]
-fn fans_become_lists_of_one_winding() {
-    let primitive = zigzag(6, Some(&[0, 2, 3, 1])).primitive();
-    assert_eq!(primitive.indices.len(), 6);
-    assert_eq!(facings(&primitive), [true; 2]);
-    assert_eq!(primitive.positions.len(), 4, "the fifth is not used");
-}
-
-#[test]
-fn incomplete_triangles_are_dropped() {
+    assert_eq!((&primitive.indices[..], facings(&primitive)), (&[0, 1, 2, 1, 3, 2, 2, 3, 4][..], vec![false; 3]));
+    let degenerate = zigzag(5, Some(&[0, 1, 2, 2, 3, 3, 4, 2])).primitive();
+    assert_eq!(degenerate.indices, [0, 1, 2, 3, 2, 4]);
+    let fan = zigzag(6, Some(&[0, 2, 3, 1])).primitive();
+    assert_eq!((fan.indices.len(), facings(&fan)), (6, vec![true; 2]));
+    assert_eq!(fan.positions.len(), 4, "the fifth is not used");
+    // Incomplete triangles are dropped.
     assert_eq!(zigzag(4, Some(&[0, 2, 1, 3, 4])).primitive().indices, [0, 2, 1]);
-    assert!(zigzag(5, Some(&[0, 1])).scene().meshes[0].primitives.is_empty());
-    assert!(zigzag(6, Some(&[])).scene().meshes[0].primitives.is_empty());
-}
-
-#[test]
-fn an_unknown_topology_is_refused() {
+    for file in [zigzag(5, Some(&[0, 1])), zigzag(6, Some(&[]))] {
+        assert!(file.scene().meshes[0].primitives.is_empty());
+    }
     assert_contains(&zigzag(7, None).fault(), "mode 7");
 }
 
@@ -96,21 +80,15 @@ fn missing_normals_are_flat() {
 }
 
 #[test]
-fn broken_normals_are_repaired() {
+fn broken_normals_and_colors_are_repaired() {
     let mut file = File::with_triangle();
     let normals = file.floats("VEC3", &[0.0, 0.0, 5.0, 0.0, 1e-21, 0.0, f32::NAN, 0.0, 1.0]);
-    file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
-    assert_eq!(file.primitive().normals, [Vec3::Z; 3]);
-}
-
-#[test]
-fn colors_are_clamped() {
-    let mut file = File::with_triangle();
-    let mut colors = [0.5; 12];
-    colors[..4].copy_from_slice(&[-1.0, 2.0, f32::NAN, 1.0]);
-    let colors = file.floats("VEC4", &colors);
-    file.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
-    assert_eq!(file.primitive().colors, [Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::splat(0.5), Vec4::splat(0.5)]);
+    let colors = file.floats("VEC4", &[&[-1.0, 2.0, f32::NAN, 1.0][..], &[0.5; 8]].concat());
+    let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
+    (attributes["NORMAL"], attributes["COLOR_0"]) = (json!(normals), json!(colors));
+    let primitive = file.primitive();
+    assert_eq!(primitive.normals, [Vec3::Z; 3]);
+    assert_eq!(primitive.colors, [Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::splat(0.5), Vec4::splat(0.5)]);
 }
 
 /// A square of two triangles facing +z, with a normal map if `has_normal_map`. `uv`: of the four corners.
@@ -140,25 +118,23 @@ fn square(uv: &[f32; 8], has_normal_map: bool, edit: impl FnOnce(&mut File, &mut
 /// u along +x, v along -y: an upright image.
 const UPRIGHT: [f32; 8] = [0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
+/// For an upright image the bitangent cross(+z, +x) * w is +y: w = 1. A mirrored one has the other sign.
 #[test]
 fn tangents_are_generated_and_vertices_stay_shared() {
-    let primitive = square(&UPRIGHT, true, |_, _| ()).primitive();
-    assert_eq!(primitive.positions.len(), 4);
-    assert_eq!(primitive.indices.len(), 6);
-    for tangent in &primitive.tangents {
-        // For an upright image the bitangent cross(+z, +x) * w is +y: w = 1. The tolerance is a few rounding errors of f32.
-        assert!(tangent.abs_diff_eq(Vec4::new(1.0, 0.0, 0.0, 1.0), 1e-6), "{tangent}");
+    for (uv, sign) in [(UPRIGHT, 1.0), ([1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0], -1.0)] {
+        let primitive = square(&uv, true, |_, _| ()).primitive();
+        assert_eq!((primitive.positions.len(), primitive.indices.len(), primitive.tangents.len()), (4, 6, 4));
+        for tangent in &primitive.tangents {
+            // A few rounding errors of f32.
+            assert!(tangent.abs_diff_eq(Vec4::new(sign, 0.0, 0.0, sign), 1e-6), "{tangent}");
+        }
     }
-    assert_eq!(primitive.tangents.len(), 4);
-}
-
-#[test]
-fn tangents_of_a_mirrored_image_have_the_other_sign() {
-    let primitive = square(&[1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0], true, |_, _| ()).primitive();
-    for tangent in &primitive.tangents {
-        assert!(tangent.abs_diff_eq(Vec4::new(-1.0, 0.0, 0.0, -1.0), 1e-6), "{tangent}");
+    let without_uv = square(&UPRIGHT, true, |_, primitive| {
+        primitive["attributes"].as_object_mut().expect("attributes").remove("TEXCOORD_0");
+    });
+    for tangent in without_uv.primitive().tangents {
+        assert!(tangent.truncate().is_normalized() && tangent.z.abs() < 1e-6, "{tangent}");
     }
-    assert_eq!(primitive.tangents.len(), 4);
 }
 
 #[test]
@@ -170,16 +146,6 @@ fn vertices_with_two_tangents_are_split() {
     let tangent = |corner: usize| primitive.tangents[primitive.indices[corner] as usize];
     assert!(tangent(0).abs_diff_eq(Vec4::new(1.0, 0.0, 0.0, 1.0), 1e-6), "{}", tangent(0));
     assert!(tangent(5).abs_diff_eq(Vec4::new(0.0, 1.0, 0.0, -1.0), 1e-6), "{}", tangent(5));
-}
-
-#[test]
-fn tangents_without_texture_coordinates_are_perpendicular() {
-    let file = square(&UPRIGHT, true, |_, primitive| {
-        primitive["attributes"].as_object_mut().expect("attributes").remove("TEXCOORD_0");
-    });
-    for tangent in file.primitive().tangents {
-        assert!(tangent.truncate().is_normalized() && tangent.z.abs() < 1e-6, "{tangent}");
-    }
 }
 
 #[test]

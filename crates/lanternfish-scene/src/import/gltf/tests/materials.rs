@@ -9,9 +9,11 @@ use serde_json::{Value, json};
 use super::{File, assert_contains, warnings::warnings};
 use crate::{AlphaMode, Filter, Material, MipFilter, Sampler, Wrap};
 
-/// A triangle with this material, and texture 0 of a red pixel.
+/// A triangle with this material, whose extensions the file requires, and texture 0 of a red pixel.
 pub fn with_material(material: Value) -> File {
     let mut file = File::with_triangle();
+    let names: Vec<_> = material["extensions"].as_object().into_iter().flat_map(|map| map.keys().cloned()).collect();
+    (file.json["extensionsRequired"], file.json["extensionsUsed"]) = (json!(names), json!(names));
     file.push("materials", material);
     file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
     let view = file.view(&encode(ImageFormat::Png, image::RgbImage::from_pixel(1, 1, image::Rgb([255, 0, 0])).into()));
@@ -20,11 +22,11 @@ pub fn with_material(material: Value) -> File {
     file
 }
 
-fn material(material: Value) -> Material {
+pub fn material(material: Value) -> Material {
     with_material(material).scene().materials.remove(0)
 }
 
-fn encode(format: ImageFormat, image: image::DynamicImage) -> Vec<u8> {
+pub fn encode(format: ImageFormat, image: image::DynamicImage) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image.write_to(&mut bytes, format).expect("an image is written to memory");
     bytes.into_inner()
@@ -113,6 +115,8 @@ fn texture_transforms_follow_the_extension() {
     assert!(Mat3::from(general.texture_from_uv).abs_diff_eq(expected, 1e-6), "{:?}", general.texture_from_uv);
     assert_eq!(general.uv_set, 1, "overridden");
     assert_eq!(transformed(json!({})).texture_from_uv, glam::Affine2::IDENTITY);
+    let infinite = json!({ "index": 0, "extensions": { "KHR_texture_transform": { "scale": [1e39, 2] } } });
+    assert_contains(&with_material(json!({ "emissiveTexture": infinite })).fault(), "KHR_texture_transform");
 }
 
 #[test]
@@ -148,14 +152,13 @@ fn samplers_are_read_and_shared() {
 
 #[test]
 fn filters_map_to_filter_and_mip_filter() {
-    let expected = [
+    for (code, min, mip) in [
         (9729, Filter::Linear, MipFilter::None),
         (9984, Filter::Nearest, MipFilter::Nearest),
         (9985, Filter::Linear, MipFilter::Nearest),
         (9986, Filter::Nearest, MipFilter::Linear),
         (9987, Filter::Linear, MipFilter::Linear),
-    ];
-    for (code, min, mip) in expected {
+    ] {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         file.push("samplers", json!({ "minFilter": code }));
         file.json["textures"][0]["sampler"] = json!(0);

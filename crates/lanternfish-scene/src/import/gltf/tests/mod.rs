@@ -178,6 +178,23 @@ pub fn load_within(bytes: &[u8], memory: u64) -> Result<Scene, SceneError> {
     super::read(bytes, path, &LoadOptions::default(), &files).map_err(|fault| fault.at(path))
 }
 
+/// Writes the file and loads it with these options.
+pub fn load_with_options(file: &File, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("file.glb");
+    std::fs::write(&path, file.glb()).expect("written");
+    crate::load_with(&path, options)
+}
+
+/// The message of a file that needs more than `memory` bytes.
+#[track_caller]
+pub fn too_much(bytes: &[u8], memory: u64) -> String {
+    match load_within(bytes, memory) {
+        Err(error @ SceneError::TooMuch { .. }) => error.to_string(),
+        other => panic!("not refused for its size: {:?}", other.map(|scene| scene.triangle_counts())),
+    }
+}
+
 pub fn bytes_of(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

@@ -2,19 +2,8 @@
 
 use serde_json::json;
 
-use super::{File, TRIANGLE, assert_contains, bytes_of};
-use crate::{
-    SceneError,
-    import::{LoadOptions, load, load_with},
-};
-
-/// Writes the file and loads the scene with this name or index.
-fn load_one(file: &File, scene: Option<&str>) -> Result<usize, SceneError> {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("scenes.glb");
-    std::fs::write(&path, file.glb()).expect("written");
-    load_with(&path, &named(scene)).map(|scene| scene.instances.len())
-}
+use super::{File, TRIANGLE, assert_contains, bytes_of, load_with_options};
+use crate::import::{LoadOptions, load, load_with};
 
 fn named(scene: Option<&str>) -> LoadOptions {
     LoadOptions { scene: scene.map(str::to_owned), ..LoadOptions::default() }
@@ -30,13 +19,17 @@ fn scenes_are_selected_by_name_or_index() {
         json!([{ "name": "one", "nodes": [0] }, { "nodes": [1, 2] }, { "name": "1", "nodes": [3, 4, 5] }]);
     file.json["scene"] = json!(1);
     for (scene, count) in [(None, 2), (Some("one"), 1), (Some("0"), 1), (Some("2"), 3), (Some("1"), 3)] {
-        assert_eq!(load_one(&file, scene).expect("there is one"), count, "{scene:?}: names go before indices");
+        assert_eq!(
+            load_with_options(&file, &named(scene)).expect("there is one").instances.len(),
+            count,
+            "{scene:?}: names go before indices"
+        );
     }
     for scene in ["3", "-1", "One", ""] {
-        let error = load_one(&file, Some(scene)).expect_err("there is none").to_string();
-        assert_contains(&error, &format!("scenes.glb: no scene {scene:?}; there are: 0 \"one\", 1, 2 \"1\""));
+        let error = load_with_options(&file, &named(Some(scene))).expect_err("there is none").to_string();
+        assert_contains(&error, &format!("file.glb: no scene {scene:?}; there are: 0 \"one\", 1, 2 \"1\""));
     }
-    let error = load_one(&File::with_triangle(), Some("0")).expect_err("nodes without a scene");
+    let error = load_with_options(&File::with_triangle(), &named(Some("0"))).expect_err("nodes without a scene");
     assert_contains(&error.to_string(), "only one, which has neither name nor index");
     assert!(load_with("demo:cornell", &named(Some("0"))).is_ok());
     for source in ["demo:cornell", "some.obj"] {

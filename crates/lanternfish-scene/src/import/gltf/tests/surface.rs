@@ -1,28 +1,12 @@
 //! Tests of the extensions of materials and textures.
 
-use std::io::Cursor;
-
 use glam::{Vec3, Vec4};
 use serde_json::{Value, json};
 
 use super::File;
+use super::materials::{encode, material, with_material};
 use super::warnings::warnings;
 use crate::{AlphaMode, Material, TextureRef};
-
-/// A triangle with this material; the file requires all its extensions.
-fn with_material(material: Value) -> File {
-    let mut file = File::with_triangle();
-    let names: Vec<_> = material["extensions"].as_object().into_iter().flat_map(|map| map.keys().cloned()).collect();
-    file.json["extensionsRequired"] = json!(names);
-    file.json["extensionsUsed"] = json!(names);
-    file.push("materials", material);
-    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    file
-}
-
-fn material(material: Value) -> Material {
-    with_material(material).scene().materials.remove(0)
-}
 
 #[test]
 fn refraction_and_specular_are_read_and_clamped() {
@@ -282,14 +266,12 @@ fn sheen_grain_and_film_have_the_means_of_textures_without_a_place() {
     assert_eq!(material(json!({ "extensions": { "KHR_materials_iridescence": {} } })), material(json!({})));
 }
 
-/// A triangle whose base colour is texture 0, over these textures.
+/// A triangle whose base colour is texture 0, over these textures of two images: (255, 0, 0, 255) and (0, 255, 0, 128).
 fn textured(textures: Value) -> File {
     let mut file = with_material(json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+    file.json["images"] = json!([]);
     for (format, color) in [(image::ImageFormat::Png, [255, 0, 0, 255]), (image::ImageFormat::WebP, [0, 255, 0, 128])] {
-        let mut bytes = Cursor::new(Vec::new());
-        let image = image::RgbaImage::from_pixel(2, 2, image::Rgba(color));
-        image.write_to(&mut bytes, format).expect("encoded");
-        let view = file.view(&bytes.into_inner());
+        let view = file.view(&encode(format, image::RgbaImage::from_pixel(2, 2, image::Rgba(color)).into()));
         file.push("images", json!({ "bufferView": view }));
     }
     file.json["textures"] = textures;

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{File, assert_contains};
+use super::{File, assert_contains, load_with_options};
 use crate::{LoadOptions, Scene, SceneError, import::load_with};
 
 /// Two triangles, whose default materials are `plain` and the format's default one. Variants: `red` has a material for both,
@@ -27,10 +27,7 @@ fn file() -> File {
 }
 
 fn load(file: &File, variant: Option<&str>) -> Result<Scene, SceneError> {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("shoe.glb");
-    std::fs::write(&path, file.glb()).expect("written");
-    load_with(&path, &LoadOptions { variant: variant.map(str::to_owned), ..LoadOptions::default() })
+    load_with_options(file, &LoadOptions { variant: variant.map(str::to_owned), ..LoadOptions::default() })
 }
 
 #[test]
@@ -58,7 +55,7 @@ fn an_unknown_variant_is_an_error_that_lists_them() {
     let file = file();
     for variant in ["Red", "3", "-1", ""] {
         let error = load(&file, Some(variant)).expect_err("there is none").to_string();
-        assert_contains(&error, &format!("shoe.glb: no variant {variant:?}; there are: 0 \"red\", 1 \"1\", 2 \"0\""));
+        assert_contains(&error, &format!("file.glb: no variant {variant:?}; there are: 0 \"red\", 1 \"1\", 2 \"0\""));
     }
     let error = load(&File::with_triangle(), Some("red")).expect_err("there is none").to_string();
     assert_contains(&error, "no variant \"red\"; there are: none");
