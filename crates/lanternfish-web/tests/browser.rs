@@ -87,7 +87,7 @@ fn browse(test: &str, plan: &Value, images: &Path) -> Option<Value> {
     Some(serde_json::from_slice(&output.stdout).unwrap())
 }
 
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

@@ -54,13 +54,9 @@ fn an_item_is_listed_once_by_its_shortest_path() {
     ];
     assert_eq!(lines, expected);
     assert_eq!(listing.foreign.into_iter().collect::<Vec<_>>(), [("a_b::Thing".into(), "other::deep::Thing".into())]);
-}
-
-#[test]
-fn another_format_is_not_read() {
-    let mut documentation = documentation();
-    documentation["format_version"] = json!(FORMAT + 1);
-    assert_eq!(Listing::of("a-b", &documentation), None);
+    let mut other_format = documentation();
+    other_format["format_version"] = json!(FORMAT + 1);
+    assert_eq!(Listing::of("a-b", &other_format), None);
 }
 
 #[test]
