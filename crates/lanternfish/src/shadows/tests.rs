@@ -43,13 +43,13 @@ fn gpu_one_band_or_many_give_the_same_image(gpu: &Gpu) {
     let soft = hard.clone().with_light_radius(0.2);
     let accumulated = soft.clone().with_history(History::On);
     let unlimited = u64::MAX;
-    // Words that a pixel may need: a bit for each hard light, eight for each area light, and twice for edges.
+    // Words of a pixel, at most.
     let mut rays = Vec::new();
     for (name, settings, scene, words) in [
         ("hard", hard, &rain, 2),
         ("four samples", four, &rain, 4),
         ("soft", soft, &rain, 9),
-        ("accumulated", accumulated, &with_rectangle, 9),
+        ("accumulated", accumulated, &with_rectangle, 32),
     ] {
         let one = images(&settings, scene, [unlimited; 2]);
         assert!(one == images(&settings, scene, [unlimited; 2]), "{name}: not reproducible");

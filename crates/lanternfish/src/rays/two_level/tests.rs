@@ -147,7 +147,9 @@ fn glowing(count: usize) -> Scene {
 }
 
 fn all_light(gpu: &Gpu, tracer: Tracer, bounces: Bounces) -> Renderer {
-    let indirect = Sampled { bounces, ..Sampled::default() };
+    let all = Sampled { bounces, ..Sampled::default() };
+    let few = Sampled { diffuse_rays: 4, first_rays: 4, glossy_rays: 2, ..all };
+    let indirect = if bounces == Bounces::ONE { few } else { all };
     let direct = SampledLights::default();
     Renderer::with_engine(&testing::engine(gpu), settings(tracer).with_direct(direct).with_indirect(indirect)).unwrap()
 }
@@ -162,44 +164,50 @@ fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> [f64; 2] {
 
 #[gpu_test]
 fn gpu_hits_are_lit_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
-    let size = [60, 40];
-    for bounces in [Bounces::ONE, Bounces::All] {
-        let mut scene = glowing(200);
-        let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| all_light(gpu, tracer, bounces));
-        let image =
-            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera(), size).unwrap().radiance;
-        let uploaded_flat = flat.upload(&scene).unwrap();
-        let mut uploaded = two.upload(&scene).unwrap();
-        let (one, other) = (image(&mut flat, &uploaded_flat), image(&mut two, &uploaded));
-        let [mean, others] = apart(&one, &other);
-        println!("{bounces:?}: means differ by {mean:.1e}, {others:.4} of the pixels");
-        // Noise of the cache's first samples depends on the last bit of their positions.
-        assert!(mean < 2e-3 && others < 0.1, "{bounces:?}: {mean}, {others}");
-        // Emissive leaves are in the upper tree: an update poses them there, and all light follows.
-        let shift = Affine3A::from_translation(Vec3::new(0.0, 1.0, 2.0));
-        let moved = [(30, shift * scene.instances[30].world_from_object)];
-        assert!(matches!(two.move_instances(&mut uploaded, &moved), Err(RenderError::NeedsUpdate { .. })));
-        scene.instances[30].world_from_object = moved[0].1;
-        let order = uploaded.triangle_order();
-        two.update(&mut uploaded, &scene).unwrap();
-        assert_eq!(uploaded.triangle_order(), order, "the scene was uploaded again");
-        let fresh = two.upload(&scene).unwrap();
-        let [mean, others] = apart(&image(&mut two, &fresh), &image(&mut two, &uploaded));
-        assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was updated: {mean}, {others}");
-        // Without light of their own they move.
-        scene.materials[2].emissive = Vec3::ZERO;
-        let mut uploaded = two.upload(&scene).unwrap();
-        let moved: Vec<_> = (20..200).step_by(3).map(|i| (i, shift * scene.instances[i].world_from_object)).collect();
-        two.move_instances(&mut uploaded, &moved).unwrap();
-        moved.iter().for_each(|(i, transform)| scene.instances[*i].world_from_object = *transform);
-        let fresh = two.upload(&scene).unwrap();
-        let shown = image(&mut two, &uploaded);
-        let again = image(&mut two, &fresh);
-        // Which of two triangles a ray hits at a common edge depends on the tree.
-        let [mean, others] = apart(&again, &shown);
-        assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was moved: {mean}, {others}");
-        assert!(apart(&other, &shown)[1] > 0.1, "blind to what moves");
-    }
+    check_hits(gpu, Bounces::ONE, [36, 24]);
+}
+
+#[gpu_test(full)]
+fn gpu_hits_of_every_bounce_are_lit_the_same_in_two_levels(gpu: &Gpu) {
+    check_hits(gpu, Bounces::All, [60, 40]);
+}
+
+fn check_hits(gpu: &Gpu, bounces: Bounces, size: [u32; 2]) {
+    let mut scene = glowing(200);
+    let [mut flat, mut two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(|tracer| all_light(gpu, tracer, bounces));
+    let image =
+        |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera(), size).unwrap().radiance;
+    let uploaded_flat = flat.upload(&scene).unwrap();
+    let mut uploaded = two.upload(&scene).unwrap();
+    let (one, other) = (image(&mut flat, &uploaded_flat), image(&mut two, &uploaded));
+    let [mean, others] = apart(&one, &other);
+    println!("{bounces:?}: means differ by {mean:.1e}, {others:.4} of the pixels");
+    // Noise of the cache's first samples depends on the last bit of their positions.
+    assert!(mean < 2e-3 && others < 0.1, "{bounces:?}: {mean}, {others}");
+    // Emissive leaves are in the upper tree: an update poses them there, and all light follows.
+    let shift = Affine3A::from_translation(Vec3::new(0.0, 1.0, 2.0));
+    let moved = [(30, shift * scene.instances[30].world_from_object)];
+    assert!(matches!(two.move_instances(&mut uploaded, &moved), Err(RenderError::NeedsUpdate { .. })));
+    scene.instances[30].world_from_object = moved[0].1;
+    let order = uploaded.triangle_order();
+    two.update(&mut uploaded, &scene).unwrap();
+    assert_eq!(uploaded.triangle_order(), order, "the scene was uploaded again");
+    let fresh = two.upload(&scene).unwrap();
+    let [mean, others] = apart(&image(&mut two, &fresh), &image(&mut two, &uploaded));
+    assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was updated: {mean}, {others}");
+    // Without light of their own they move.
+    scene.materials[2].emissive = Vec3::ZERO;
+    let mut uploaded = two.upload(&scene).unwrap();
+    let moved: Vec<_> = (20..200).step_by(3).map(|i| (i, shift * scene.instances[i].world_from_object)).collect();
+    two.move_instances(&mut uploaded, &moved).unwrap();
+    moved.iter().for_each(|(i, transform)| scene.instances[*i].world_from_object = *transform);
+    let fresh = two.upload(&scene).unwrap();
+    let shown = image(&mut two, &uploaded);
+    let again = image(&mut two, &fresh);
+    // Which of two triangles a ray hits at a common edge depends on the tree.
+    let [mean, others] = apart(&again, &shown);
+    assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was moved: {mean}, {others}");
+    assert!(apart(&other, &shown)[1] > 0.1, "blind to what moves");
 }
 
 /// After a move, frames with a history come as close to the light of the new state as in one level.

@@ -1,6 +1,6 @@
 //! Coloured and grey shadows of panes and alpha-blended leaves, against the path tracer.
 
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scene, Texture, TextureRef};
 
@@ -10,7 +10,7 @@ use crate::{
     shaders::{self, SHADERS},
     techniques::{Denoise, HitLight, Sampled, SampledLights},
     testing::{
-        light::{LARGE, closed_box, looking, matt, sampled, settings, traced_of},
+        light::{LARGE, SIZE, closed_box, looking, matt, sampled, settings, traced_of},
         quad, scene_of,
     },
 };
@@ -40,10 +40,10 @@ fn scene_with_panes() -> (Scene, Camera) {
     (scene, looking([2.1, 2.9, 0.6], [2.1, 0.0, 0.0]))
 }
 
-fn drawn(engine: &Engine, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+fn drawn(engine: &Engine, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> Vec<Vec3> {
     let mut renderer = Renderer::with_engine(engine, settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let rendering = renderer.render(&uploaded, camera, LARGE.into()).unwrap();
+    let rendering = renderer.render(&uploaded, camera, size.into()).unwrap();
     rendering.radiance.iter().map(|pixel| Vec3::from_slice(pixel)).collect()
 }
 
@@ -86,10 +86,10 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         |scene: &Scene| [traced_of(LARGE, scene, &camera, 2, 64), traced_of(LARGE, &without(scene), &camera, 2, 64)];
     let (of_sun, of_lamp) = (truth(&scene), truth(&lit_by_lamp));
     let engine = testing::engine(gpu);
-    let sunny = |settings| error(&drawn(&engine, settings, &scene, &camera), &of_sun[0], &of_sun[1]);
+    let sunny = |settings| error(&drawn(&engine, settings, &scene, &camera, LARGE), &of_sun[0], &of_sun[1]);
     for samples in [Samples::One, Samples::Four] {
         let [sun, wide] = [0.0, 0.53].map(|diameter| sunny(direct().with_samples(samples).with_sun_diameter(diameter)));
-        let image = drawn(&engine, direct().with_samples(samples), &lit_by_lamp, &camera);
+        let image = drawn(&engine, direct().with_samples(samples), &lit_by_lamp, &camera, LARGE);
         let lamp = error(&image, &of_lamp[0], &of_lamp[1]);
         assert!(sun.max(wide).max(lamp) < 0.05, "{samples}: {sun}, {wide}, {lamp}");
     }
@@ -116,7 +116,7 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         let engine = Engine::new(&gpu.device, &gpu.queue);
         shaders::edit(&engine, [(module.to_owned(), text.replace(from, to))].into());
         let settings = if module.contains("sampled") { few.clone() } else { direct() };
-        let wrong = error(&drawn(&engine, settings, &scene, &camera), &of_sun[0], &of_sun[1]);
+        let wrong = error(&drawn(&engine, settings, &scene, &camera, LARGE), &of_sun[0], &of_sun[1]);
         assert!(wrong > 0.05, "blind to {to}: {wrong}");
     }
 }
@@ -130,12 +130,12 @@ fn gpu_light_behind_a_pane_bounces_in_the_colours_of_the_path_tracer(gpu: &Gpu) 
     scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, 0.2).normalize(), Vec3::splat(3.0))];
     let camera = looking([0.0, 0.4, 0.9], [0.0, -0.2, 0.0]);
     let less = |all: &[Vec3], direct: &[Vec3]| all.iter().sum::<Vec3>() - direct.iter().sum::<Vec3>();
-    let [one_bounce, of_sun] = [3, 2].map(|depth| traced_of(LARGE, &scene, &camera, depth, 256));
+    let [one_bounce, of_sun] = [3, 2].map(|depth| traced_of(SIZE, &scene, &camera, depth, 256));
     let engine = testing::engine(gpu);
-    let unlit = drawn(&engine, direct(), &scene, &camera);
+    let unlit = drawn(&engine, direct(), &scene, &camera, SIZE);
     let cached = Sampled { hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
     for light in [sampled(Tracer::BVH), cached] {
-        let all = drawn(&engine, direct().with_indirect(light), &scene, &camera);
+        let all = drawn(&engine, direct().with_indirect(light), &scene, &camera, SIZE);
         let ratio = less(&all, &unlit) / less(&one_bounce, &of_sun);
         println!("{ratio}");
         assert!((ratio - 1.0).abs().max_element() < 0.05, "{:?}: {ratio}", light.hit_light);

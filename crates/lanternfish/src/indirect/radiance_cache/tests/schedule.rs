@@ -48,6 +48,9 @@ fn compare_lists(
     let mut table = random_table(&mut random, SLOTS, 160, parameters);
     let entries = table.taken().count() as u32;
     let mut memory = memory_of(&table, parameters);
+    // Nothing beyond the table's levels changes.
+    let (light, beyond) = (table.light.concat(), vec![Vec4::INFINITY; SLOTS as usize]);
+    memory.set("entry_light", &[light.clone(), beyond.clone()].concat());
     memory.set("cache_update", &[*update]);
     let empty = vec![0u32; LIST_HEADER + 2 * SLOTS as usize];
     memory.bind(&["found_scheduled"], &empty);
@@ -59,6 +62,7 @@ fn compare_lists(
     let actual = list_of(&words);
     same("scheduled entry", &sorted(actual), &sorted(list.clone()))?;
     same_tables(&table_of(&memory, &table), &table)?;
+    same("radiance beyond the levels", &memory.get::<Vec4>("entry_light")[light.len()..], &beyond)?;
     let count = list.len() as u32;
     same("workgroups along", &words[..6], &schedule::workgroups(count))?;
     same("number of entries", &words[6..8], &[count, if update.counts == 1 { entries } else { 0 }])?;
