@@ -20,15 +20,14 @@ struct Both {
 }
 
 impl Both {
-    fn new(test: &str, settings: &Settings) -> Option<Self> {
-        let gpu = testing::gpu(test)?;
+    fn new(gpu: &Gpu, settings: &Settings) -> Self {
         let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
         let scene = demo("cornell").unwrap();
         let camera = scene.default_camera(1.5);
         let mut first = Viewport::new(gpu, scene, settings).unwrap();
         first.resize(SIZE);
         let wipe = Wipe::new(settings);
-        Some(Self { first, comparison: Comparison::default(), wipe, camera, probe_result: None })
+        Self { first, comparison: Comparison::default(), wipe, camera, probe_result: None }
     }
 
     /// Draws as the window does, until `done`. A averages at most `frames` frames.
@@ -59,10 +58,10 @@ impl Both {
 }
 
 /// B is rendered with its own settings, its difference equals ꟻLIP, and it follows changes of settings and scene.
-#[test]
-fn gpu_side_b_is_rendered_and_compared() {
+#[gpu_test]
+fn gpu_side_b_is_rendered_and_compared(gpu: &Gpu) {
     let settings = Settings::direct_light().with_shadows(Shadows::BVH);
-    let Some(mut both) = Both::new("gpu_side_b_is_rendered_and_compared", &settings) else { return };
+    let mut both = Both::new(gpu, &settings);
     assert!(!both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.comparison.rendering().is_none());
     both.wipe.other = Other::Settings;
     assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
@@ -97,6 +96,10 @@ fn gpu_side_b_is_rendered_and_compared() {
     both.until(64, is_compared);
     assert!(Arc::ptr_eq(&both.first.scene, &both.comparison.rendered.as_ref().unwrap().scene));
     assert!(both.pixels_of_b() != b && both.first.pixels().unwrap() != a);
+    assert!(both.first.exposure().unwrap().unwrap().is_finite());
+    both.wipe.settings.shadows.technique = Shadows::BVH;
+    both.until(64, |both| is_compared(both) && both.comparison.mean() == Some(0.0));
+    assert!(both.pixels_of_b() == both.first.pixels().unwrap(), "B has followed the scene");
     // Debug views are not averaged.
     both.wipe.settings.image.debug_view = Some(DebugView::Normal);
     both.until(64, |both| is_compared(both) && both.comparison.progress() == 1);
@@ -106,10 +109,10 @@ fn gpu_side_b_is_rendered_and_compared() {
 }
 
 /// The path tracer's image uses A's exposure and tone map, and includes indirect light that A leaves out. A camera move cancels it.
-#[test]
-fn gpu_the_path_tracer_works_while_the_camera_rests() {
+#[gpu_test]
+fn gpu_the_path_tracer_works_while_the_camera_rests(gpu: &Gpu) {
     let settings = Settings::direct_light().with_tone_map(ToneMap::Reinhard);
-    let Some(mut both) = Both::new("gpu_the_path_tracer_works_while_the_camera_rests", &settings) else { return };
+    let mut both = Both::new(gpu, &settings);
     both.wipe.other = Other::PathTracer;
     both.until(3, |both| both.first.averaged() == 3 && !both.first.is_busy() && both.comparison.progress() > 20);
     let ev = both.first.exposure().unwrap().unwrap();
@@ -129,10 +132,10 @@ fn gpu_the_path_tracer_works_while_the_camera_rests() {
     both.until(3, |both| both.first.averaged() == 3 && both.comparison.progress() > 0);
 }
 
-#[test]
-fn gpu_a_pixel_is_probed_while_images_are_drawn() {
+#[gpu_test]
+fn gpu_a_pixel_is_probed_while_images_are_drawn(gpu: &Gpu) {
     let settings = Settings::direct_light().with_shadows(Shadows::BVH);
-    let Some(mut both) = Both::new("gpu_a_pixel_is_probed_while_images_are_drawn", &settings) else { return };
+    let mut both = Both::new(gpu, &settings);
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.probe_result.is_some());
     let probe_result = both.probe_result.take().unwrap();
@@ -148,11 +151,11 @@ fn gpu_a_pixel_is_probed_while_images_are_drawn() {
 }
 
 /// Points of deep images cover the surfaces, and follow the camera and the scene.
-#[test]
-fn gpu_deep_images_are_points_on_side_b() {
+#[gpu_test]
+fn gpu_deep_images_are_points_on_side_b(gpu: &Gpu) {
     let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
     let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_structure(images);
-    let Some(mut both) = Both::new("gpu_deep_images_are_points_on_side_b", &settings) else { return };
+    let mut both = Both::new(gpu, &settings);
     both.wipe.other = Other::DeepImages;
     let at_rest =
         |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;

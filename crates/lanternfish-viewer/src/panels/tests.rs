@@ -117,6 +117,17 @@ fn a_black_image_is_explained_until_the_first_frame() {
     harness.get_by_label_contains("Preparing the first image");
 }
 
+/// Clicks on a button, or on a heading, which expands its section.
+fn click(harness: &mut Harness<'_, Shown>, label: &str) {
+    harness.get_by_label(label).click();
+    harness.run();
+}
+
+fn press(harness: &mut Harness<'_, Shown>, key: Key) {
+    harness.key_press(key);
+    harness.run();
+}
+
 /// Opens a list and selects an entry.
 fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
     harness
@@ -147,8 +158,7 @@ fn every_named_setting_has_a_widget_that_changes_it() {
     let settings = &harness.state().state.settings;
     assert!(settings.culling.name() == "tiled" && settings.indirect == Indirect::NONE);
     assert!(settings.image.tone_map != ToneMap::Neutral && settings.image.debug_view == Some(DebugView::Depth));
-    harness.get_by_label("Reset all").click();
-    harness.run();
+    click(&mut harness, "Reset all");
     assert!(harness.state().state.settings == Settings::default());
 }
 
@@ -193,21 +203,18 @@ fn a_technique_that_a_program_registers_is_in_the_panel() {
     let mut harness = shown();
     choose(&mut harness, Indirect::FLAG, "fog");
     assert!(harness.state().state.settings.indirect.is::<Fog>());
-    harness.get_by_label("indirect fog").click();
-    harness.run();
+    click(&mut harness, "indirect fog");
     harness.get_by_label("fog-density");
 }
 
 #[test]
 fn technique_parameters_are_changed_and_reset() {
     let mut harness = shown();
-    harness.get_by_label("indirect sampled").click();
-    harness.run();
+    click(&mut harness, "indirect sampled");
     let initial = harness.state().state.settings.clone();
     choose(&mut harness, "indirect-resolution", "half");
     assert!(harness.state().state.settings != initial);
-    harness.get_by_label("reset").click();
-    harness.run();
+    click(&mut harness, "reset");
     assert!(harness.state().state.settings == initial);
 }
 
@@ -232,46 +239,34 @@ fn keys_fly_hide_the_panels_and_write_shots() {
         harness.run();
         assert_eq!(harness.state_mut().write.take(), Some(form));
     }
-    harness.key_press(Key::F3);
-    harness.run();
+    press(&mut harness, Key::F3);
     assert!(!harness.state().state.shows_panels && harness.query_by_label("Settings").is_none());
-    harness.key_press(Key::F1);
-    harness.run();
+    press(&mut harness, Key::F1);
     assert!(harness.state().state.shows_keys && harness.query_by_label("Look around").is_some());
     // The list is seen to its end.
     let of = |harness: &Harness<'_, Shown>, label: &str| harness.get_by_label(label).rect();
     let (window, last) = (of(&harness, "Keys"), of(&harness, "This help; Escape closes it, or the window"));
     assert!(window.contains_rect(last), "{window:?} {last:?}");
-    harness.key_press(Key::Escape);
-    harness.run();
+    press(&mut harness, Key::Escape);
     assert!(!harness.state().state.shows_keys && !harness.state().requested.close);
     assert!(harness.state().state.controls.eye() != eye);
-    harness.key_press(Key::Home);
-    harness.run();
+    press(&mut harness, Key::Home);
     assert_eq!(harness.state().state.controls.eye(), eye);
-}
-
-/// Expands a section of the right panel.
-fn unfold(harness: &mut Harness<'_, Shown>, heading: &str) {
-    harness.get_by_label(heading).click();
-    harness.run();
 }
 
 #[test]
 fn b_is_chosen_and_edited_separately_and_the_line_is_dragged() {
     let mut harness = shown();
     assert!(harness.query_by_label("Line between A and B").is_none());
-    unfold(&mut harness, "Compare");
+    click(&mut harness, "Compare");
     choose(&mut harness, "tone-map", "aces");
-    harness.get_by_label("Copy A to B").click();
-    harness.run();
+    click(&mut harness, "Copy A to B");
     let wipe = harness.state().state.wipe.clone();
     assert!(wipe.other == Other::Settings && wipe.settings.image.tone_map == ToneMap::Aces && !wipe.edits_b);
     // The panel edits A until B is selected.
     choose(&mut harness, "tone-map", "reinhard");
     assert_eq!(harness.state().state.wipe.settings.image.tone_map, ToneMap::Aces);
-    harness.get_by_label("B").click();
-    harness.run();
+    click(&mut harness, "B");
     choose(&mut harness, "tone-map", "none");
     let state = &harness.state().state;
     assert_eq!((state.settings.image.tone_map, state.wipe.settings.image.tone_map), (ToneMap::Reinhard, ToneMap::None));
@@ -289,16 +284,13 @@ fn b_is_chosen_and_edited_separately_and_the_line_is_dragged() {
     assert!((to.x - from.x - 60.0).abs() < 8.0, "{from:?} to {to:?}");
     assert_eq!(harness.state().state.controls.eye(), eye, "dragging the line must not move the camera");
 
-    harness.get_by_label("Difference map").click();
-    harness.run();
+    click(&mut harness, "Difference map");
     assert!(harness.state().state.wipe.shows_map);
-    harness.get_by_label("path tracer").click();
-    harness.run();
+    click(&mut harness, "path tracer");
     let wipe = &harness.state().state.wipe;
     assert!(wipe.other == Other::PathTracer && !wipe.edits_b);
     assert!(harness.query_by_label("B: 17 samples per pixel").is_some());
-    harness.key_press(Key::B);
-    harness.run();
+    press(&mut harness, Key::B);
     assert_eq!(harness.state().state.wipe.other, Other::Nothing);
 }
 
@@ -343,7 +335,7 @@ fn a_click_requests_a_probe_and_a_drag_does_not() {
 #[test]
 fn the_clicked_pixel_is_described_and_focused() {
     let mut harness = shown();
-    unfold(&mut harness, "Pixel");
+    click(&mut harness, "Pixel");
     assert!(harness.query_by_label("Click on the image.").is_some());
     let pointed = pointed(&harness);
     let place = *pointed.place().unwrap();
@@ -366,8 +358,7 @@ fn the_clicked_pixel_is_described_and_focused() {
     for label in expected {
         assert!(harness.query_all_by_label(&label).next().is_some(), "{label} is not shown");
     }
-    harness.get_by_label("Focus (F)").click();
-    harness.run();
+    click(&mut harness, "Focus (F)");
     let controls = &harness.state().state.controls;
     let towards = (place.p - controls.eye()).normalize();
     assert!(controls.forward().abs_diff_eq(towards, 1e-4) && (controls.reach - place.distance).abs() < 1e-3);
@@ -376,31 +367,27 @@ fn the_clicked_pixel_is_described_and_focused() {
 #[test]
 fn lights_are_added_changed_and_deleted() {
     let mut harness = shown();
-    unfold(&mut harness, "Lights");
+    click(&mut harness, "Lights");
     let count = harness.state().scene.lights.len();
     harness.state_mut().state.pointed = Some(pointed(&harness));
     harness.run();
-    harness.get_by_label("Add a light there").click();
-    harness.run();
+    click(&mut harness, "Add a light there");
     let lights = harness.state().scene.lights.clone();
     assert_eq!(lights.len(), count + 1);
     let place = *harness.state().state.pointed.as_ref().unwrap().place().unwrap();
     let added = lights[count].position - place.p;
     assert!(added.length() > 0.01 && added.normalize().dot(place.geometric_normal) > 0.999);
 
-    harness.get_by_label("Add a sun").click();
-    harness.run();
+    click(&mut harness, "Add a sun");
     let sun = count + 1;
     assert_eq!(harness.state().scene.lights[sun].kind, LightKind::Directional);
-    harness.get_by_label(&format!("#{sun} (sun)")).click();
-    harness.run();
+    click(&mut harness, &format!("#{sun} (sun)"));
     type_into(&mut harness, "elevation", "30");
     type_into(&mut harness, "illuminance", "5");
     let light = harness.state().scene.lights[sun].clone();
     assert!((light.direction.y + 0.5).abs() < 1e-4 && (light.intensity.max_element() - 5.0).abs() < 1e-4, "{light:?}");
     assert_eq!(harness.state().scene.lights[..sun], lights[..], "other lights are unchanged");
-    harness.get_by_label("Delete").click();
-    harness.run();
+    click(&mut harness, "Delete");
     assert_eq!(harness.state().scene.lights, lights);
 
     // Search the light by its number, expand it, move it.
@@ -410,8 +397,7 @@ fn lights_are_added_changed_and_deleted() {
     harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search").type_text(&format!("#{count}"));
     harness.run();
     assert!(harness.query_by_label("#0 (point)").is_none());
-    harness.get_by_label(&format!("#{count} (point)")).click();
-    harness.run();
+    click(&mut harness, &format!("#{count} (point)"));
     type_into(&mut harness, "y", "1.25");
     assert_eq!(harness.state().scene.lights[count].position.y, 1.25);
 }
@@ -423,8 +409,7 @@ fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
     harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
     harness.event(egui::Event::Text(text.to_owned()));
     harness.step();
-    harness.key_press(Key::Enter);
-    harness.run();
+    press(harness, Key::Enter);
 }
 
 #[test]
@@ -436,49 +421,39 @@ fn a_click_on_a_pass_shows_its_output_and_a_second_the_image() {
     harness.state_mut().memory.frames.lists = vec![("a list", 77)];
     harness.run();
     let view = |harness: &Harness<'_, Shown>| harness.state().state.settings.image.debug_view;
-    harness.get_by_label("prepass").click();
-    harness.run();
+    click(&mut harness, "prepass");
     assert_eq!(view(&harness), Some(DebugView::Depth));
     // A debug view runs fewer passes; the list still has those of the image.
     harness.state_mut().passes.truncate(1);
-    harness.get_by_label("roughness").click();
-    harness.run();
+    click(&mut harness, "roughness");
     assert_eq!(view(&harness), Some(DebugView::Roughness));
-    harness.get_by_label("indirect/sampled/trace").click();
-    harness.run();
+    click(&mut harness, "indirect/sampled/trace");
     assert_eq!(view(&harness), Some(DebugView::Indirect));
-    harness.get_by_label("deep_images/build").click();
-    harness.run();
+    click(&mut harness, "deep_images/build");
     assert_eq!(view(&harness), Some(DebugView::Indirect), "the pass has no debug view");
-    harness.get_by_label("indirect/sampled/trace").click();
-    harness.run();
+    click(&mut harness, "indirect/sampled/trace");
     assert!(view(&harness).is_none() && harness.state().state.written.is_none());
     // A debug view that the user chooses replaces that of a pass.
     harness.state_mut().passes = passes;
     harness.run();
-    harness.get_by_label("prepass").click();
-    harness.run();
+    click(&mut harness, "prepass");
     choose(&mut harness, "debug-view", "normal-naive");
     assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::NormalNaive));
-    unfold(&mut harness, "Memory");
+    click(&mut harness, "Memory");
     assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
 }
 
 #[test]
 fn overlays_are_switched_and_the_birds_eye_view_is_requested() {
     let mut harness = shown();
-    harness.key_press(Key::V);
-    harness.run();
+    press(&mut harness, Key::V);
     assert!(harness.state().state.overlays.wants_birds_eye);
-    unfold(&mut harness, "Overlays");
-    harness.get_by_label("Bird\u{2019}s-eye view (V)").click();
-    harness.run();
+    click(&mut harness, "Overlays");
+    click(&mut harness, "Bird\u{2019}s-eye view (V)");
     assert!(!harness.state().state.overlays.wants_birds_eye, "a second request cancels the first");
     harness.get_by_label("Ranges of lights").click();
-    harness.get_by_label("Tiles or clusters on the image").click();
-    harness.run();
-    harness.get_by_label("Rays of its indirect light").click();
-    harness.run();
+    click(&mut harness, "Tiles or clusters on the image");
+    click(&mut harness, "Rays of its indirect light");
     assert!(harness.state().state.overlays.indirect_rays);
     let pointed = pointed(&harness);
     let state = &mut harness.state_mut().state;
@@ -494,15 +469,12 @@ fn overlays_are_switched_and_the_birds_eye_view_is_requested() {
 #[test]
 fn a_sun_is_placed_by_location_and_time() {
     let mut harness = shown();
-    unfold(&mut harness, "Lights");
-    harness.get_by_label("Add a sun").click();
-    harness.run();
+    click(&mut harness, "Lights");
+    click(&mut harness, "Add a sun");
     let sun = harness.state().scene.lights.len() - 1;
-    harness.get_by_label(&format!("#{sun} (sun)")).click();
-    harness.run();
-    unfold(&mut harness, "By location and time");
-    harness.get_by_label("Place the sun").click();
-    harness.run();
+    click(&mut harness, &format!("#{sun} (sun)"));
+    click(&mut harness, "By location and time");
+    click(&mut harness, "Place the sun");
     let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
     // From the south, at an elevation of 90° − latitude + axial tilt: 90° − 51.48° + 23.44° = 61.96°.
     let noon = direction(&harness);
@@ -517,11 +489,9 @@ fn all_sections_expand_and_collapse_at_once() {
     let labels = ["Click on the image.", "Copy A to B", "Add a sun", "Ranges of lights", "indirect-resolution"];
     let are_shown = |harness: &Harness<'_, Shown>| labels.map(|label| harness.query_by_label(label).is_some());
     assert_eq!(are_shown(&harness), [false; 5]);
-    harness.key_press(Key::F6);
-    harness.run();
+    press(&mut harness, Key::F6);
     assert_eq!(are_shown(&harness), [true; 5]);
-    harness.key_press(Key::F6);
-    harness.run();
+    press(&mut harness, Key::F6);
     assert_eq!(are_shown(&harness), [false; 5]);
 }
 
@@ -539,10 +509,8 @@ fn panel_contents_do_not_resize_the_viewport() {
     shown.state.message = "word ".repeat(100);
     harness.run();
     assert_eq!(harness.state().requested.viewport_size, size);
-    harness.key_press(Key::F6);
-    harness.run();
+    press(&mut harness, Key::F6);
     assert_eq!(harness.state().requested.viewport_size, size);
-    harness.key_press(Key::F3);
-    harness.run();
+    press(&mut harness, Key::F3);
     assert!(harness.state().requested.viewport_size.x > size.x, "hidden panels enlarge the viewport");
 }

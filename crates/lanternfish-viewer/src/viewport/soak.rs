@@ -115,7 +115,7 @@ fn is_refusal(error: &RenderError) -> bool {
     !matches!(error, RenderError::Gpu(what) if !matches!(what, GpuError::TooLarge { .. }))
 }
 
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_settings_change_at_random(gpu: &Gpu) {
     lanternfish_papers::register();
     let frames = std::env::var(FRAMES_FROM).ok().and_then(|count| count.parse().ok()).unwrap_or(FRAMES);

@@ -56,7 +56,7 @@ fn kinds() -> Vec<Settings> {
     ]
 }
 
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_repeated_settings_do_not_increase_memory(gpu: &Gpu) {
     lanternfish_papers::register();
     let scene = demo("cornell").unwrap();

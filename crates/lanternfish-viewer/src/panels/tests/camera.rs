@@ -12,18 +12,17 @@ fn a_camera_of_the_file_is_chosen_and_left_again() {
     let projection = Projection::Perspective { fov_y: 0.5, near: 0.1 };
     let door = Camera { name: "door".to_owned(), ..Camera::look_at(glam::Vec3::X, glam::Vec3::Y, projection) };
     harness.state_mut().scene.cameras.push(door.clone());
-    unfold(&mut harness, "Camera");
+    click(&mut harness, "Camera");
     choose(&mut harness, "camera", "door");
     assert_eq!(harness.state().state.controls.camera, door);
-    harness.get_by_label("First view (Home)").click();
-    harness.run();
+    click(&mut harness, "First view (Home)");
     assert_eq!(harness.state().state.controls.camera, first);
 }
 
 #[test]
 fn the_field_of_view_is_in_degrees() {
     let mut harness = shown();
-    unfold(&mut harness, "Camera");
+    click(&mut harness, "Camera");
     type_into(&mut harness, "field of view", "60");
     let Projection::Perspective { fov_y, .. } = harness.state().state.controls.camera.projection else {
         unreachable!()
