@@ -90,7 +90,7 @@ mod tests {
     }
 
     /// A pass or a counter that has another name now would lose its rays.
-    #[gpu_test]
+    #[gpu_test(full)]
     fn gpu_every_pass_with_rays_has_its_counter(gpu: &Gpu) {
         let scene = demo("cornell").unwrap();
         let sampled = Settings::direct_light().with_direct(SampledLights::default());

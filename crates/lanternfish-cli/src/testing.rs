@@ -4,7 +4,16 @@ use std::{collections::BTreeMap, fs, path::PathBuf, time::Instant};
 
 use lanternfish_scene::printable;
 
-use crate::{cli, program};
+use crate::{
+    cli::{self, Cli, Command},
+    program,
+};
+
+/// The command of a command line, without the program's name.
+pub fn parsed(words: &str) -> Result<Command, clap::Error> {
+    lanternfish_papers::register();
+    Ok(program::parse::<Cli>(words.split_whitespace().map(Into::into).collect())?.0.command)
+}
 
 /// A folder in which command lines find their files. `%` in their words stands for it.
 pub struct Place(tempfile::TempDir);

@@ -7,9 +7,8 @@ use serde_json::Value;
 
 use super::*;
 use crate::{
-    cli::{Cli, Command},
-    program,
-    testing::Place,
+    cli::Command,
+    testing::{Place, parsed},
 };
 
 const PAIRS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish-metrics/tests/pairs/");
@@ -23,11 +22,7 @@ fn words(place: &Place, words: &str) -> String {
 #[track_caller]
 fn compared(place: &Place, line: &str, parts: &[&str]) -> Value {
     let line = words(place, line);
-    let Command::Compare(args) =
-        program::parse::<Cli>(line.split_whitespace().map(Into::into).collect()).unwrap().0.command
-    else {
-        panic!("{line}")
-    };
+    let Ok(Command::Compare(args)) = parsed(&line) else { panic!("{line}") };
     let inputs = Inputs::read(&args).unwrap();
     let measures = Measures::take(&args, &inputs).unwrap();
     let table = table::to_table(&args, &inputs, &measures);

@@ -192,17 +192,14 @@ impl DeepImageArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
-
     use super::*;
-    use crate::cli::{Cli, Command};
+    use crate::{cli::Command, testing};
 
     fn parsed(words: &str) -> Result<DeepImagesArgs, clap::Error> {
-        let line = ["lanternfish", "deep-images", "a.glb"].into_iter().chain(words.split_whitespace());
-        match Cli::try_parse_from(line)?.command {
-            Command::DeepImages(args) => Ok(*args),
-            _ => unreachable!("the words start with deep-images"),
-        }
+        let Command::DeepImages(args) = testing::parsed(&format!("deep-images a.glb {words}"))? else {
+            panic!("{words}")
+        };
+        Ok(*args)
     }
 
     #[test]

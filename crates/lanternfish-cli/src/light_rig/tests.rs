@@ -1,17 +1,13 @@
-use clap::Parser;
 use lanternfish::Report;
 use lanternfish_scene::{AlphaMode, Projection, Viewpoint, generate::demo};
 
 use super::*;
-use crate::cli::{Cli, Command};
+use crate::{cli::Command, testing::parsed};
 
 /// Flags of `lanternfish render`.
 fn flags(words: &str) -> LightArgs {
-    let line = ["lanternfish", "render", "a.glb"].into_iter().chain(words.split_whitespace());
-    match Cli::try_parse_from(line).unwrap().command {
-        Command::Render(args) => args.render.lights,
-        _ => unreachable!("the words start with render"),
-    }
+    let Ok(Command::Render(args)) = parsed(&format!("render a.glb {words}")) else { panic!("{words}") };
+    args.render.lights
 }
 
 /// Seen from the camera, the studio and the sun are the same at every angle.

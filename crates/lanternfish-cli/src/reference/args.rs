@@ -240,17 +240,19 @@ impl ReferenceArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::{CommandFactory, Parser};
+    use clap::CommandFactory;
 
     use super::*;
-    use crate::cli::{Cli, Command as Subcommand};
+    use crate::{
+        cli::{Cli, Command as Subcommand},
+        testing,
+    };
 
     fn parsed(words: &str) -> Result<ReferenceArgs, clap::Error> {
-        let line = ["lanternfish", "reference", "a.glb"].into_iter().chain(words.split_whitespace());
-        match Cli::try_parse_from(line)?.command {
-            Subcommand::Reference(args) => Ok(*args),
-            _ => unreachable!("the words start with reference"),
-        }
+        let Subcommand::Reference(args) = testing::parsed(&format!("reference a.glb {words}"))? else {
+            panic!("{words}")
+        };
+        Ok(*args)
     }
 
     #[test]
@@ -286,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_distance_requires_obscurance() {
-        let Subcommand::Render(shot) = Cli::parse_from(["lanternfish", "render", "a.glb"]).command else { panic!() };
+        let Ok(Subcommand::Render(shot)) = testing::parsed("render a.glb") else { panic!() };
         let shot = shot.render;
         let settings = |words: &str| parsed(words).unwrap().settings(&shot, 7).map_err(|error| error.to_string());
         assert_eq!(settings(""), Ok(Settings { seed: 7, ..Settings::default() }));

@@ -60,6 +60,18 @@ fn ways_of_placing_the_camera_replace_each_other() {
         "scene = \"a.glb\"\n[view]\npose = \"1,0,0,0,0,1,0,0,0,0,1,5,0,0,0,1\"\npose-convention = \"opencv\"\n";
     let placed = shot(by_pose, "--eye 1,2,3").unwrap().args.view;
     assert_eq!((placed.pose, placed.pose_convention), (None, Default::default()));
+    let text = "scene = \"a.glb\"\n[view]\nview = \"top\"\n[lights]\nlight-rig = \"sun\"\n";
+    let args = shot(text, "").unwrap().args;
+    assert_eq!((args.view.view, args.lights.light_rig), (Some(Viewpoint::Top), Some(LightRig::Sun)));
+    let view = shot(text, "--eye 1,2,3").unwrap().args.view;
+    assert_eq!((view.view, view.eye), (None, Some(Vec3::new(1.0, 2.0, 3.0))));
+    let view = shot(TRACK, "--view left").unwrap().views().swap_remove(0);
+    assert_eq!(
+        (view.view, view.eye, view.target, view.fov_y),
+        (Some(Viewpoint::Left), None, None, Some(40f32.to_radians()))
+    );
+    let view = shot("scene = \"a.glb\"\n[view]\neye = [1, 2, 3]\ncamera = \"0\"", "--view left").unwrap().args.view;
+    assert_eq!((view.view, view.eye, view.camera), (Some(Viewpoint::Left), None, None));
 }
 
 #[test]
@@ -154,22 +166,6 @@ fn renamed_keys_keep_their_old_names() {
     assert_eq!(entries(old, "").as_deref(), Some("4096"));
     assert_eq!(entries(old, "--cache-cells 512").as_deref(), Some("512"));
     assert_eq!(entries(&old.replace("cells", "entries"), "").as_deref(), Some("4096"));
-}
-
-#[test]
-fn a_side_and_a_position_replace_each_other() {
-    let text = "scene = \"a.glb\"\n[view]\nview = \"top\"\n[lights]\nlight-rig = \"sun\"\n";
-    let args = shot(text, "").unwrap().args;
-    assert_eq!((args.view.view, args.lights.light_rig), (Some(Viewpoint::Top), Some(LightRig::Sun)));
-    let view = shot(text, "--eye 1,2,3").unwrap().args.view;
-    assert_eq!((view.view, view.eye), (None, Some(Vec3::new(1.0, 2.0, 3.0))));
-    let view = shot(TRACK, "--view left").unwrap().views().swap_remove(0);
-    assert_eq!(
-        (view.view, view.eye, view.target, view.fov_y),
-        (Some(Viewpoint::Left), None, None, Some(40f32.to_radians()))
-    );
-    let view = shot("scene = \"a.glb\"\n[view]\neye = [1, 2, 3]\ncamera = \"0\"", "--view left").unwrap().args.view;
-    assert_eq!((view.view, view.eye, view.camera), (Some(Viewpoint::Left), None, None));
 }
 
 #[test]
