@@ -193,7 +193,7 @@ fn sampled_albedo(bsdf: &Bsdf, wo: DVec3, count: u64) -> (f64, f64) {
 
 /// Albedo along `wo` by a sum over a grid of directions.
 fn summed_albedo(bsdf: &Bsdf, wo: DVec3) -> f64 {
-    const STEPS: u32 = 400;
+    const STEPS: u32 = 240;
     let mut sum = 0.0;
     for i in 0..2 * STEPS {
         let z = (f64::from(i) + 0.5) / f64::from(STEPS) - 1.0;
@@ -211,7 +211,7 @@ fn sampling_covers_all_light_that_the_bsdf_scatters() {
     for behind in [Behind::Thin, Behind::Volume { eta: 1.5 }, Behind::Volume { eta: 1.0 / 1.5 }] {
         for (roughness, metallic, transmission) in [(0.3, 1.0, 0.0), (0.5, 0.0, 0.0), (0.9, 0.5, 0.0), (0.5, 0.0, 0.7)]
         {
-            for angle in [0.2f64, 0.9, 1.4] {
+            for angle in [0.2f64, 1.2] {
                 let bsdf = Bsdf::MetallicRoughness(Reflector {
                     albedo: DVec3::splat(1.0 - metallic),
                     f0: DVec3::splat(0.04 + 0.96 * metallic),
