@@ -43,6 +43,11 @@ impl Memory {
 
     /// The same for a compiled entry point.
     pub fn run(&mut self, gpu: &Gpu, kernel: &ComputeKernel, workgroups: [u32; 3]) {
+        self.run_beside(gpu, kernel, &Bindings::new(), workgroups);
+    }
+
+    /// The same with other resources, under names that have no buffer here.
+    pub fn run_beside(&mut self, gpu: &Gpu, kernel: &ComputeKernel, others: &Bindings<'_>, workgroups: [u32; 3]) {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let buffer = |content: &Vec<u8>| {
             let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -55,7 +60,7 @@ impl Memory {
             buffer
         };
         let buffers: Vec<_> = self.buffers.iter().map(buffer).collect();
-        let bound = self.names.iter().fold(Bindings::new(), |bound, (name, index)| {
+        let bound = self.names.iter().fold(others.clone(), |bound, (name, index)| {
             // The size before rounding up, because shaders may query the length.
             let size = std::num::NonZeroU64::new(self.buffers[*index].len() as u64);
             let part = wgpu::BufferBinding { buffer: &buffers[*index], offset: 0, size };

@@ -5,6 +5,7 @@ use std::fs;
 use crate::{bench, program, walk};
 
 #[test]
+#[ignore = "full"]
 fn gpu_clusters_are_counted_for_every_scheme() {
     let folder = tempfile::tempdir().unwrap();
     let (first, said) = bench(folder.path(), "clustered demo:cornell --quick --size 32x18", "first");

@@ -1,6 +1,6 @@
 //! `lanternfish-bench deep-images`, end to end on the software adapter.
 
-use std::{collections::BTreeSet, fs};
+use std::fs;
 
 use crate::bench;
 
@@ -39,17 +39,8 @@ fn gpu_deep_images_are_built_and_traced_in_every_way() {
     let scenes =
         ["twice the triangles", "four times the triangles", "an empty box", "tight corridors", "four of the scene"];
     assert_eq!(names, [["the scene"; 2].as_slice(), &scenes].concat());
-    // What Nießner says of them: fewer images have more; triangles do not matter (but for rounding); and corridors have fewer.
+    // Fewer images have more; the claims of `lanternfish-bench papers` have the rest.
     assert!(texels(0) > 1.2 * texels(1) && texels(1) > 1.0, "{crossings:?}");
-    for triangles in [2, 3] {
-        assert!((texels(triangles) / texels(1) - 1.0).abs() < 0.01, "{crossings:?}");
-        assert_eq!(
-            crossings[triangles]["triangles"].as_u64(),
-            crossings[triangles - 1]["triangles"].as_u64().map(|n| 2 * n)
-        );
-    }
-    assert!(texels(5) < 0.7 * texels(4), "{crossings:?}");
-    assert!((0.8..1.25).contains(&(texels(6) / texels(1))), "{crossings:?}");
 
     for row in first["traced"].as_array().unwrap() {
         let figure = |name: &str| row[name].as_f64().unwrap();
@@ -64,14 +55,4 @@ fn gpu_deep_images_are_built_and_traced_in_every_way() {
             _ => assert!(row["texels_a_ray"].is_null(), "{row}"),
         }
     }
-}
-
-#[test]
-fn gpu_tables_can_be_measured_alone() {
-    let folder = tempfile::tempdir().unwrap();
-    let words = format!("deep-images demo:cornell {QUICK} --tables stores,directions");
-    let (report, _) = bench(folder.path(), &words, "report");
-    let groups: BTreeSet<_> =
-        report["built"].as_array().unwrap().iter().map(|row| row["group"].as_str().unwrap()).collect();
-    assert_eq!(groups.into_iter().collect::<Vec<_>>(), ["Directions", "Stores"]);
 }

@@ -86,6 +86,15 @@ fn help_lists_every_benchmark() {
         let help = said(&["help", name]).1.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(default), "{default} is not in\n{help}");
     }
+    // What is not known is refused with the list of what is.
+    for (words, known) in [
+        (["quality", "--only", "bistro"], "sponza-ten"),
+        (["probes", "--technique", "beauty"], "good, history"),
+        (["papers", "--part", "all"], "the parts are deep-images, "),
+    ] {
+        let (success, _, error) = said(&words);
+        assert!(!success && error.contains(known), "{error}");
+    }
     let (success, _, error) = said(&["help", "beauty"]);
     assert!(!success && error.starts_with("error: lanternfish-bench beauty: no such command"), "{error}");
     assert!(error.contains("quality"), "{error}");

@@ -196,10 +196,3 @@ fn gpu_ground_truths_are_reused_and_the_reports_list_all_rows() {
         }
     }
 }
-
-#[test]
-fn an_unknown_shot_is_refused_with_the_list() {
-    let output = program(Path::new(".")).args(["quality", "--only", "bistro"]).output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(!output.status.success() && stderr.contains("cornell") && stderr.contains("sponza-ten"), "{stderr}");
-}

@@ -186,7 +186,7 @@ fn gpu_an_unoccluded_plane_is_visible_and_a_closed_box_is_occluded(gpu: &Gpu) {
 
 /// Half of the hemisphere is occluded on a floor at the foot of an endless wall; nothing is occluded at a distance of one radius.
 #[gpu_test]
-fn gpu_both_techniques_darken_a_corner(gpu: &Gpu) {
+fn gpu_horizons_darken_a_corner(gpu: &Gpu) {
     let mut scene = floor();
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -2.0), 10.0 * Vec3::X, 5.0 * Vec3::Y));
     // Straight down: a column of pixels runs from the wall's foot outwards.
@@ -195,21 +195,12 @@ fn gpu_both_techniques_darken_a_corner(gpu: &Gpu) {
         Vec3::new(0.0, 0.0, -0.6),
         Projection::Perspective { fov_y: 1.0, near: 0.05 },
     );
-    let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [
-        Occlusion::from(Deep { max_distance: Some(1.0), ..Deep::default() }),
-        Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }),
-    ] {
-        let actual =
-            ambient_visibility_of(gpu, settings(occlusion.clone()).with_structure(deep_images), &scene, &camera);
-        let at = |y: u32| actual[(y * SIZE.x + SIZE.x / 2) as usize];
-        let column: Vec<f32> = (0..SIZE.y).map(at).collect();
-        println!("{occlusion:?}: {column:.2?}");
-        let darkest = column.iter().copied().fold(f32::INFINITY, f32::min);
-        let brightest = column[SIZE.y as usize - 4];
-        assert!((0.4..0.75).contains(&darkest), "{occlusion:?}: {darkest}");
-        assert!(brightest > 0.97, "{occlusion:?}: {brightest}");
-    }
+    let occlusion = Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() });
+    let actual = ambient_visibility_of(gpu, settings(occlusion), &scene, &camera);
+    let at = |y: u32| actual[(y * SIZE.x + SIZE.x / 2) as usize];
+    let column: Vec<f32> = (0..SIZE.y).map(at).collect();
+    let darkest = column.iter().copied().fold(f32::INFINITY, f32::min);
+    assert!((0.4..0.75).contains(&darkest) && column[SIZE.y as usize - 4] > 0.97, "{column:.2?}");
 }
 
 /// Samples by the radius are as dense for a large radius as for a small one: half the step finds nothing new.

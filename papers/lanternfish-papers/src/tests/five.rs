@@ -28,21 +28,24 @@ fn draw(gpu: &Gpu, changes: &[(&str, &str)]) -> Drawn {
     (drawn.radiance, drawn.report.counters)
 }
 
-/// Each paper changes the image, or a counter where it must not.
-#[gpu_test]
-fn gpu_each_of_the_five_does_something(gpu: &Gpu) {
+/// A setting without a paper, and the counter that it changes; none: it changes the image.
+type Without = (&'static str, &'static str, Option<&'static str>);
+
+const WITHOUT: [Without; 6] = [
+    // Ranges of virtual lights by compound deep images.
+    ("vpl-ranges", "unlimited", None),
+    ("ray-culling", "none", Some("shadows/rays")),
+    ("culling", "all", Some("light_culling/visible_clusters")),
+    // Across texels.
+    ("vpl-shadows", "bvh", None),
+    // By layered depth maps.
+    ("occlusion", "none", None),
+    ("indirect", "none", None),
+];
+
+fn check(gpu: &Gpu, papers: &[Without]) {
     let all = draw(gpu, &[]);
-    for (name, value, counter) in [
-        ("ray-culling", "none", Some("shadows/rays")),
-        ("culling", "all", Some("light_culling/visible_clusters")),
-        // Across texels.
-        ("vpl-shadows", "bvh", None),
-        // By layered depth maps.
-        ("occlusion", "none", None),
-        // By compound deep images.
-        ("vpl-ranges", "unlimited", None),
-        ("indirect", "none", None),
-    ] {
+    for (name, value, counter) in papers {
         let without = draw(gpu, &[(name, value)]);
         let Some(counter) = counter else {
             assert_ne!(all.0, without.0, "{name} {value}: the same image");
@@ -51,6 +54,16 @@ fn gpu_each_of_the_five_does_something(gpu: &Gpu) {
         let [all, without] = [&all, &without].map(|(_, counters)| counters.iter().find(|(it, _)| it == counter));
         assert!((all.is_some() || without.is_some()) && all != without, "{name} {value}: {all:?} and {without:?}");
     }
+}
+
+#[gpu_test]
+fn gpu_the_five_are_drawn_together(gpu: &Gpu) {
+    check(gpu, &WITHOUT[..1]);
+}
+
+#[gpu_test(full)]
+fn gpu_each_of_the_five_does_something(gpu: &Gpu) {
+    check(gpu, &WITHOUT);
 }
 
 /// The cube of shadow rays and the stacks of ranges are both there, beside the maps of occlusion, which are its own.

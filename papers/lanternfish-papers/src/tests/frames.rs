@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use lanternfish::{
-    Change, RenderError, Renderer, Settings, Target, ViewRequest,
+    RenderError, Renderer, Settings, Target, ViewRequest,
     settings::{History, Materials, Samples, Shadows},
     techniques::Sampled,
 };
@@ -39,14 +39,10 @@ fn occlusion(resolution: u32, others: Settings) -> Settings {
 fn gpu_a_steady_state_frame_creates_no_resources(gpu: &Gpu) {
     let scene = demo("atrium").unwrap();
     let few = VirtualLights { count: 500, ..VirtualLights::default() };
-    let virtual_lights = bvh().with_indirect(few);
-    let grid = bvh().with_culling(RasterGrid::default());
-    for (name, growth, settings) in [
-        ("a raster grid that does not wait", Growth::Deferred, grid),
-        ("virtual lights", Growth::Blocking, virtual_lights.clone()),
-        ("virtual lights that do not wait", Growth::Deferred, virtual_lights),
-    ] {
-        check_steady(gpu, &scene, Frames { name, is_averaged: false, growth, settings });
+    let settings = bvh().with_indirect(few).with_culling(RasterGrid::default());
+    let name = "virtual lights in a raster grid";
+    for growth in [Growth::Blocking, Growth::Deferred] {
+        check_steady(gpu, &scene, Frames { name, is_averaged: false, growth, settings: settings.clone() });
     }
 }
 
@@ -88,21 +84,6 @@ fn gpu_deep_images_are_built_for_each_rotation_of_the_set(gpu: &Gpu) {
     // Another mean starts with the first rotation again.
     renderer.render_views(&uploaded, &views).unwrap();
     assert_eq!(inside::structure_builds(&renderer), Some(6));
-}
-
-#[gpu_test]
-fn gpu_enabling_occlusion_later_gives_the_image_of_a_new_renderer(gpu: &Gpu) {
-    let scene = demo("cornell").unwrap();
-    let camera = &scene.cameras[0];
-    let mut renderer = Renderer::with_engine(&engine(gpu), bvh()).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    assert_eq!(renderer.set(occlusion(16, bvh())).unwrap(), Change::Upload);
-    assert!(matches!(renderer.render(&uploaded, camera, [32, 24]), Err(RenderError::OtherSettings { .. })));
-    let uploaded = renderer.upload(&scene).unwrap();
-    let actual = renderer.render(&uploaded, camera, [32, 24]).unwrap();
-    let mut fresh = Renderer::new(&gpu.device, &gpu.queue, occlusion(16, bvh())).unwrap();
-    let its_own = fresh.upload(&scene).unwrap();
-    assert_eq!(actual.radiance, fresh.render(&its_own, camera, [32, 24]).unwrap().radiance);
 }
 
 #[gpu_test]

@@ -86,7 +86,7 @@ fn gpu_deferred_frames_replace_builders_and_refuse_stores_that_need_blocking_rea
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     assert!(matches!(linked.record(&mut commands, &uploaded, &view), Err(RenderError::Together { .. })));
     assert_eq!(inside::growth(&mut linked), Growth::Blocking);
-    linked.render(&uploaded, &scene.cameras[0], [16, 16]).unwrap();
+    linked.set_growth(Growth::Blocking).unwrap();
 
     let image = |builder: DeepBuilder, growth: Growth| {
         let mut renderer = renderer(DeepImageSettings { builder, ..coarse });

@@ -12,7 +12,9 @@ use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, St
 
 use crate::support::{counter, differing, left_out_on_old_software, linear, quad, render};
 
-const SIZE: (u32, u32) = (75, 45);
+const SIZE: (u32, u32) = (48, 30);
+/// In the full tier.
+const LARGE: (u32, u32) = (150, 90);
 
 /// The Cornell box with many random small lights, with spots, a sun, and a coloured thin dielectric in front.
 fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
@@ -77,7 +79,7 @@ fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
         let mut shorter = scene.clone();
         let lights = shorter.lights.iter_mut().filter(|light| of(light));
         lights.for_each(|light| light.range = light.range.map(|range| 0.9 * range));
-        differing(&rendering(&shorter, Culling::default()), &all) > 100
+        differing(&rendering(&shorter, Culling::default()), &all) > 40
     };
     assert!(is_seen(|_| true) && is_seen(|light| light.area().is_some()));
     // A scene without its area lights equals one that never had any.
@@ -115,7 +117,7 @@ fn check_views(gpu: &Gpu, samples: Samples) {
     let alone = cameras.iter().map(|c| renderings(std::slice::from_ref(c), Culling::NONE).unwrap().remove(0));
     let alone: Vec<RenderedImage> = alone.collect();
     // Negative control: the eyes do not see the same.
-    assert!(differing(&alone[0], &alone[1]) > 250);
+    assert!(differing(&alone[0], &alone[1]) > 100);
     let mut cullings = vec![(Culling::from(Tiled::default()), 3), (Culling::from(RasterGrid::default()), 3)];
     for shape in [
         ClusterShape::Perspective { pixels: 32 },
@@ -152,7 +154,7 @@ fn gpu_samples_of_views_that_share_clusters_equal_those_of_single_views(gpu: &Gp
 }
 
 /// More samples smooth edges: the image is closer to the mean of a much larger one.
-#[gpu_test(crate::gpu)]
+#[gpu_test(full, crate::gpu)]
 fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges(gpu: &Gpu) {
     // The atrium has edges where walls, steps and mouldings touch: points beside their triangle are inside another one. Measured: 0.45 and
     // 0.63; with shading at the pixels' centres: 0.61 and 0.73.
@@ -169,7 +171,7 @@ fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges(gpu: &Gpu) {
 fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64, f64) {
     let rendering = |samples, scale: u32| {
         let settings = Settings::direct_light().with_samples(samples);
-        linear(&render(gpu, scene, camera, (scale * SIZE.0, scale * SIZE.1), settings))
+        linear(&render(gpu, scene, camera, (scale * LARGE.0, scale * LARGE.1), settings))
     };
     // Values above the display range are ignored: highlights are not triangle edges.
     let ground_truth = rendering(Samples::One, fine).box_downsampled(fine as usize).unwrap();
@@ -202,7 +204,7 @@ fn gpu_images_are_the_same_from_run_to_run(gpu: &Gpu) {
             assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
         }
         // Negative control.
-        assert!(differing(&renderer.render(&other, &camera, SIZE.into()).unwrap(), &first) > 250);
+        assert!(differing(&renderer.render(&other, &camera, SIZE.into()).unwrap(), &first) > 100);
     }
 }
 
@@ -229,7 +231,7 @@ fn gpu_texture_arrays_do_not_change_pixels(gpu: &Gpu) {
         // Negative control: with the textures in another order.
         let mut reordered = scene.clone();
         reordered.textures.rotate_left(1);
-        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 250);
+        assert!(differing(&rendering(&reordered, TextureBinding::PerMaterial), &array) > 100);
     }
 }
 
@@ -249,31 +251,19 @@ fn gpu_a_thousand_lights_over_one_tile(gpu: &Gpu) {
     println!("{listed} lights over one tile, {} rays", counter(&tiled, "shadows/rays"));
     assert!(listed > 900, "{listed} lights over one tile");
     assert_eq!(differing(&tiled, &all), 0);
-    // Negative control: each hundred of the lights shows, the last ones too.
-    let mut fewer = all;
-    for count in [900, 500, 32] {
-        let rendering = rendering(Culling::default(), count);
-        assert!(differing(&rendering, &fewer) > 100, "the lights from {count} on do not show");
-        fewer = rendering;
-    }
+    // Negative control: the last hundred of the lights shows.
+    assert!(differing(&rendering(Culling::default(), 900), &all) > 100, "the lights from 900 on do not show");
 }
 
-#[gpu_test(crate::gpu)]
-fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
-    let test = "gpu_rays_to_lights_behind_a_surface_do_not_change_pixels";
-    if left_out_on_old_software(test, gpu, "2 pixels of the atrium differ there; the cause is not known") {
-        return;
-    }
-    let (cornell, cornell_camera) = cornell_in_rain(6);
-    let (mut atrium, atrium_camera) = atrium();
-    atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
-    for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
+/// Images of `size`, pixels; large ones show where normals from depth are wrong.
+fn check_rays_to_lights_behind(gpu: &Gpu, scenes: &[(Scene, Camera)], size: (u32, u32)) {
+    for (scene, camera) in scenes {
         let rendering = |ray_culling, ray_range_culling| {
             let settings = Settings::direct_light()
                 .with_ray_culling(ray_culling)
                 .with_ray_range_culling(ray_range_culling)
                 .with_shadows(Shadows::BVH);
-            render(gpu, &scene, &camera, SIZE, settings)
+            render(gpu, scene, camera, size, settings)
         };
         let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
         let none = rendering(RayCulling::None, RayRangeCulling::Off);
@@ -286,20 +276,31 @@ fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
         // Each kind leaves out rays that the other traces.
         assert!(rays(&range) < rays(&none) && rays(&facing) < rays(&none), "{}: no ray was saved", scene.name);
         assert!(rays(&surface) < rays(&range).min(rays(&facing)), "{}: both save no more than one", scene.name);
+        if size != LARGE {
+            continue;
+        }
         // Normals from depth are wrong at edges, the five-sample variant less often [Elagabani2025, §4.3.1].
         let naive = rendering(RayCulling::Naive, RayRangeCulling::On);
         let improved = rendering(RayCulling::Improved, RayRangeCulling::On);
         let wrong = [differing(&naive, &none), differing(&improved, &none)];
-        println!(
-            "{}: {} rays for all lights, {} by the surface's normal, {} naive, {} improved; {wrong:?} pixels differ",
-            scene.name,
-            rays(&none),
-            rays(&surface),
-            rays(&naive),
-            rays(&improved)
-        );
         assert!(wrong[1] < wrong[0], "{}: {wrong:?}", scene.name);
     }
+}
+
+#[gpu_test(crate::gpu)]
+fn gpu_rays_to_lights_behind_a_surface_do_not_change_pixels(gpu: &Gpu) {
+    check_rays_to_lights_behind(gpu, &[cornell_in_rain(6)], SIZE);
+}
+
+#[gpu_test(full, crate::gpu)]
+fn gpu_rays_to_lights_behind_surfaces_of_large_images_do_not_change_pixels(gpu: &Gpu) {
+    let test = "gpu_rays_to_lights_behind_surfaces_of_large_images_do_not_change_pixels";
+    if left_out_on_old_software(test, gpu, "2 pixels of the atrium differ there; the cause is not known") {
+        return;
+    }
+    let (mut atrium, camera) = atrium();
+    atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
+    check_rays_to_lights_behind(gpu, &[cornell_in_rain(6), (atrium, camera)], LARGE);
 }
 
 #[gpu_test(crate::gpu)]
@@ -327,8 +328,8 @@ fn gpu_depth_alone_needs_no_surface_target(gpu: &Gpu) {
 }
 
 /// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
-/// or starts that close to another surface. Measured at 320 x 180: 33 and 3 of 57,600 pixels.
-const TRACER_PIXELS: f64 = 1e-3;
+/// or starts that close to another surface. Measured at 320 x 180: 33 and 3 of 57,600 pixels; few pixels may have several times as many.
+const TRACER_PIXELS: f64 = 2e-3;
 
 #[gpu_test(crate::gpu)]
 fn gpu_tracers_agree(gpu: &Gpu) {
@@ -339,9 +340,8 @@ fn gpu_tracers_agree(gpu: &Gpu) {
     let (cornell, cornell_camera) = cornell_in_rain(8);
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
-        let rendering = |gpu: &Gpu, shadows| {
-            render(gpu, &scene, &camera, (120, 68), Settings::direct_light().with_shadows(shadows))
-        };
+        let rendering =
+            |gpu: &Gpu, shadows| render(gpu, &scene, &camera, (60, 34), Settings::direct_light().with_shadows(shadows));
         let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| rendering(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
         let differ = differing(&bvh, &ray_query);

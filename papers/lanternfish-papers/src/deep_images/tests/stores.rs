@@ -6,7 +6,7 @@ use lanternfish_gpu::{Frame, Profiler};
 
 use super::{build, lists, settings, upload};
 use crate::{
-    DeepBuilder, DeepDepth, DeepImageSettings, DeepStore,
+    DeepBuilder, DeepImageSettings,
     deep_images::{DeepImageBuilder, directions::DirectionSet},
     testing::{self, quad, scene_of},
 };
@@ -23,19 +23,6 @@ fn gpu_lists_do_not_depend_on_the_order_of_atomics(gpu: &Gpu) {
                 assert_eq!(lists(gpu, &once, a), lists(gpu, &again, b));
             }
         }
-    }
-}
-
-#[gpu_test]
-fn gpu_linked_lists_refuse_depths_in_16_bits(gpu: &Gpu) {
-    let with = |store, depth| {
-        let settings = DeepImageSettings { store, depth, ..settings(DeepBuilder::SinglePass) };
-        DeepImageBuilder::new(&gpu.device, settings).map(|_| ()).map_err(|error| error.to_string())
-    };
-    assert_eq!(with(DeepStore::LinearArray, DeepDepth::Bits16), Ok(()));
-    for store in [DeepStore::LinkedList, DeepStore::SortedLinkedList] {
-        assert_eq!(with(store, DeepDepth::Bits32), Ok(()));
-        assert!(with(store, DeepDepth::Bits16).unwrap_err().contains("linear_array"));
     }
 }
 

@@ -139,18 +139,13 @@ fn gpu_rays_through_deep_images_are_the_same_in_any_grouping(gpu: &Gpu) {
         let settings = settings(rays).with_accumulate(2).with_structure(structure);
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
-        renderer.render(&uploaded, &camera, [61, 45]).unwrap().radiance
+        renderer.render(&uploaded, &camera, [31, 23]).unwrap().radiance
     };
     let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(WITHIN_TEXEL) };
-    let [one, three, all] = [1, 3, 16].map(|rounds| of(rounds, 1 << 17, rays));
-    assert!(one == all && three == all);
-    for (bounces, first_rays) in [(Bounces::All, 1), (Bounces::UpTo(3), 4)] {
-        let cached = Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces, first_rays, ..rays };
-        let expected = of(16, 1 << 17, cached);
-        for first_entries in [64, 1 << 12, 1 << 14] {
-            assert!(of(16, first_entries, cached) == expected, "{bounces}, {first_entries}: another image");
-        }
-    }
+    let [one, all] = [1, 16].map(|rounds| of(rounds, 1 << 17, rays));
+    assert!(one == all);
+    let cached = Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces: Bounces::All, first_rays: 1, ..rays };
+    assert!(of(16, 64, cached) == of(16, 1 << 17, cached), "another image while the table grows");
     // Negative control: other rays give another image.
     assert!(of(16, 1 << 17, Sampled { diffuse_rays: 4, ..rays }) != all);
 }

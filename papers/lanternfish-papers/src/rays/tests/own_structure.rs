@@ -1,19 +1,86 @@
 //! An external tracer with its own acceleration structure.
 
+use std::sync::Arc;
+
+use glam::Quat;
 use lanternfish::{
-    Renderer, Settings,
+    GpuScene, RenderError, Renderer, Settings,
     gpu_scene::Parts,
-    rays::{Structure, Tracer, TracerInfo},
+    rays::{KeptStructure, Structure, StructureTechnique, TracedStructure, Tracer, TracerInfo},
     settings::Shadows,
+    shaders::Shaders,
+    technique::{Parameter, Technique},
     techniques::Sampled,
 };
-use lanternfish_gpu::Feature;
+use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 use lanternfish_scene::generate::demo;
 
 use crate::{DeepImageSettings, WITHIN_TEXEL, testing};
 
-/// Its structure, which it does not read.
-const OWN: DeepImageSettings = DeepImageSettings { resolution: 8, ..DeepImageSettings::NIESSNER };
+/// A structure with one part and no contents.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Nothing;
+
+impl Technique for Nothing {
+    const NAME: &'static str = "nothing";
+    const SUMMARY: &'static str = "Nothing";
+    const PARAMETERS: &'static [Parameter<Self>] = &[];
+    const SHADERS: Shaders = Shaders::of(&crate::shaders::SHADERS, &[], &[]);
+}
+
+impl StructureTechnique for Nothing {
+    fn features(&self, _with_triangles: bool) -> Vec<Feature> {
+        Vec::new()
+    }
+
+    fn every_features(&self, _with_triangles: bool) -> Vec<Vec<Feature>> {
+        vec![Vec::new()]
+    }
+
+    fn finds_triangles(&self) -> bool {
+        true
+    }
+
+    fn update_frames(&self) -> u32 {
+        1
+    }
+
+    fn build(&self, _device: &wgpu::Device) -> Result<Box<dyn KeptStructure>, RenderError> {
+        Ok(Box::new(Kept { builds: 0 }))
+    }
+}
+
+#[derive(Debug)]
+struct Kept {
+    builds: u64,
+}
+
+impl KeptStructure for Kept {
+    fn get(&mut self, _: &mut Frame<'_>, _: &GpuScene, _: Quat) -> Result<Arc<dyn TracedStructure>, RenderError> {
+        self.builds += 1;
+        Ok(Arc::new(Nothing))
+    }
+
+    fn builds(&self) -> u64 {
+        self.builds
+    }
+
+    fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
+        Ok(())
+    }
+
+    fn forget(&mut self) {}
+}
+
+impl TracedStructure for Nothing {
+    fn distance_features(&self) -> Vec<Feature> {
+        Vec::new()
+    }
+
+    fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
+        dispatch(bindings);
+    }
+}
 
 /// Traces with the BVH under another name.
 static OTHER: TracerInfo = TracerInfo {
@@ -22,7 +89,7 @@ static OTHER: TracerInfo = TracerInfo {
     feature: Feature::choosing("tracer_other", "tracer", "rays/bvh/tracer", None),
     parts: Parts::NONE,
     needs: wgpu::Features::empty(),
-    structure: Some(|| OWN.into()),
+    structure: Some(|| Nothing.into()),
 };
 
 #[gpu_test]

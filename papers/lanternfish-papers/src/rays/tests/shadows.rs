@@ -100,18 +100,14 @@ fn gpu_chunks_and_depths_of_deep_images_do_not_change_shadows(gpu: &Gpu) {
     };
     let one = of(&|_| ());
     assert!(one == of(&|_| ()), "not the same again");
+    let with = |change: fn(&mut DeepImageSettings)| {
+        of(&|settings| change(settings.structure.get_mut::<DeepImageSettings>().unwrap()))
+    };
     // 60 images of 64 x 64 texels of 1000 fragments, 4 bytes each: several bindings' worth.
-    assert!(
-        one == of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().fragments_a_texel = 1000),
-        "chunks change the image"
-    );
-    assert!(
-        one.1 != of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().resolution = 63).1,
-        "insensitive to the images"
-    );
-    let sums =
-        [one.1, of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().depth = DeepDepth::Bits16).1]
-            .map(|radiance| radiance.iter().flatten().sum::<f32>());
+    assert!(one == with(|images| images.fragments_a_texel = 1000), "chunks change the image");
+    assert!(one.1 != with(|images| images.resolution = 63).1, "insensitive to the images");
+    let sums = [one.1, with(|images| images.depth = DeepDepth::Bits16).1]
+        .map(|radiance| radiance.iter().flatten().sum::<f32>());
     assert!((sums[0] / sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
 }
 
@@ -127,6 +123,7 @@ fn gpu_requests_beyond_deep_images_are_refused(gpu: &Gpu) {
     let without = DeepImageSettings { payload: false, ..usual };
     for (settings, what) in [
         (through(linked), "linear_array"),
+        (through(DeepImageSettings { depth: DeepDepth::Bits16, ..linked }), "linear_array"),
         (through(usual).with_debug_view(Some(DebugView::RayCount)), "`shadows bvh`"),
         (structure(without).with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }), "triangles"),
     ] {

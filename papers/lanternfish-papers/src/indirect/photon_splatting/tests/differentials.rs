@@ -4,17 +4,20 @@ use std::f64::consts::{PI, TAU};
 
 use bytemuck::Zeroable;
 use glam::{DQuat, DVec3, Mat4, Vec2Swizzles, Vec3, Vec4};
-use lanternfish::{rays::Structure, settings::Tracer, view::View};
+use lanternfish::{Renderer, lights::Light, rays::Structure, settings::Tracer, view::View};
 use lanternfish_gpu::{
-    Gpu, ShaderLibrary,
+    Feature, Gpu, ShaderLibrary,
     bytemuck::{self, Pod},
     testing::Memory,
 };
 
 use super::super::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
 use crate::{
-    indirect::light_views::{LightView, LightViewSet, Source},
-    testing::{self, edited_library, library},
+    indirect::{
+        light_views::{LightView, LightViewSet, Source},
+        tests::{closed_box, photons, settings},
+    },
+    testing::{self, edited_library, engine, library, probe_of},
 };
 
 /// A photon's way: from a point light to a surface, scattered to a direction, and on to another surface.
@@ -112,21 +115,21 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     let view = LightView { right, up, forward, origin, side: SIDE, source: Source::Cone as u32, ..LightView::zeroed() };
     bind(&mut memory, "light_views", view);
     bind(&mut memory, "light_view_set", LightViewSet { count: 1, ..LightViewSet::zeroed() });
-    let photons = PhotonParameters {
+    let parameters = PhotonParameters {
         primary_count: count,
         direction_count: count,
         slot_count: count * count,
         radius: 1.0,
         ..PhotonParameters::zeroed()
     };
-    bind(&mut memory, "photons", photons);
+    bind(&mut memory, "photons", parameters);
     // Pixels of no size.
     let clip_from_view = Mat4::from_cols(1e9 * Vec4::X, Vec4::Y, Vec4::Z, Vec4::W);
     let view = View { clip_from_view, size: glam::UVec2::ONE, orthographic: 1, ..View::zeroed() };
     bind(&mut memory, "view", view);
     let directions: Vec<Vec4> = ways.iter().map(|way| way.direction.as_vec3().extend(CELL as f32)).collect();
     memory.bind(&["photon_directions"], &directions);
-    memory.bind(&["primary_photons", "split_photons"], &vec![PrimaryPhoton::zeroed(); ways.len()]);
+    ["primary_photons", "split_photons"].map(|name| memory.bind(&[name], &vec![PrimaryPhoton::zeroed(); ways.len()]));
     // Slot i * count + i: photon i in direction i.
     let mut hits = vec![PhotonHit { triangle: u32::MAX, ..PhotonHit::zeroed() }; ways.len() * ways.len()];
     let mut triangles = Vec::new();
@@ -142,16 +145,25 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     memory.bind(&["landed_hits"], &hits);
     memory.bind(&["bvh_triangles"], &triangles);
     memory.bind(&["places"], &places);
-    memory.bind(&["placed_photons", "lights"], &vec![lanternfish::lights::Light::zeroed(); ways.len()]);
+    ["placed_photons", "lights"].map(|name| memory.bind(&[name], &vec![Light::zeroed(); ways.len()]));
     memory.bind(&["queries"], &ways.iter().flat_map(|w| query(w.p, w.texel, w.normals[0])).collect::<Vec<_>>());
     memory.bind(&["answers"], &[Vec4::ZERO]);
-    memory.bind(&["light_count"], &[Vec4::ZERO]);
 
-    let probe = "testing/photon_differentials";
-    let probe = library.link(probe, &Tracer::BVH.features(&Structure::NONE, true)).unwrap_or_else(|e| panic!("{e}"));
-    memory.run_on(gpu, &probe, "emitted", [count, 1, 1]);
-    let scatter = library.link("indirect/photon_splatting/scatter", &[]).unwrap_or_else(|e| panic!("{e}"));
-    memory.run_on(gpu, &scatter, "scatter", [1, 1, 1]);
+    // For the resources of surfaces, which the entry points do not read.
+    let renderer = Renderer::with_engine(&engine(gpu), settings(photons())).unwrap();
+    let scene = renderer.upload(&closed_box().0).unwrap();
+    let features = Tracer::BVH.features(&Structure::NONE, true);
+    let run = |memory: &mut Memory, (module, features): (&str, &[Feature]), entry: &str, count: u32| {
+        let kernel = probe_of(library, gpu, module, features, entry);
+        memory.run_beside(gpu, &kernel, &scene.bindings(), [count, 1, 1]);
+    };
+    let probe = ("testing/photon_differentials", &features[..]);
+    run(&mut memory, probe, "emitted", count);
+    let emitted: Vec<PrimaryPhoton> = memory.get("primary_photons");
+    memory.set("split_photons", &emitted);
+    run(&mut memory, ("indirect/photon_splatting/scatter", &[]), "scatter", 1);
+    let placed: Vec<Light> = memory.get("placed_photons");
+    memory.set("lights", &placed);
 
     // Points halfway to the edge of the ellipse whose conjugate half diameters are half of the differentials: a quarter, squared.
     let mut queries = Vec::new();
@@ -165,7 +177,7 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     }
     memory.set("queries", &queries);
     memory.set("answers", &vec![Vec4::ZERO; queries.len() / 2]);
-    memory.run_on(gpu, &probe, "placed", [queries.len() as u32 / 2, 1, 1]);
+    run(&mut memory, probe, "placed", queries.len() as u32 / 2);
     let mut worst = [0.0f64; 2];
     for (answers, way) in memory.get::<Vec4>("answers").chunks(7).zip(&ways) {
         let [u, v] = way.differences();
@@ -202,11 +214,14 @@ fn gpu_footprints_are_the_differences_of_neighbouring_rays(gpu: &Gpu) {
     let [size, irradiance] = errors(gpu, &library());
     println!("size {size:.5}, irradiance {irradiance:.5}");
     assert!(size < 1e-3 && irradiance < 1e-3, "size {size}, irradiance {irradiance}");
+    // Negative control, one of those below.
+    let edited = edited_library("indirect/photon_splatting/footprint", "spread = 0.25 *", "spread = 0.24 *");
+    assert!(errors(gpu, &edited)[0] > 0.02);
 }
 
 /// Every term of the differentials is seen by the test above. One is not among them: what a direction's differential has along the direction
 /// itself, each transfer to a surface removes.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_footprints_without_a_term_are_noticed(gpu: &Gpu) {
     let edits = [
         ("emit", "2.0 / f32(seen_from.side)", "1.9 / f32(seen_from.side)"),
