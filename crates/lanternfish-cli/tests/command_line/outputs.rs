@@ -120,6 +120,9 @@ fn gpu_motion_leads_to_the_next_frame_and_classes_are_the_files() {
     folder.render(&format!("kite.gltf {CAMERA} --frames 1-2 -o b.npz"));
     let image = |name: &str| array(&unzipped(&folder.read(name)), "image");
     assert_eq!([image("a.0001.npz"), image("a.0002.npz")], [image("b.0001.npz"), image("b.0002.npz")]);
+    // A still is the frame of its time.
+    folder.render(&format!("kite.gltf {CAMERA} --time 0.083333336 -o c.npz"));
+    assert!(image("c.npz") == image("b.0002.npz") && image("c.npz") != image("b.0001.npz"));
     // What is complete is not rendered again; what lacks an output is.
     let skipped = |name: &str| {
         folder.render(&format!("{words} --skip-existing -o {name}")).stderr.contains("2 of 2 images exist")

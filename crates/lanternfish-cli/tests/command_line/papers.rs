@@ -8,6 +8,7 @@ const SMALL: &str = "--size 24x18 --adapter cpu --sky 0.5,0.5,0.5 --deep-directi
 
 /// Every image has its file, its place on the sheet and its figures on the page. Without any image there is an error.
 #[test]
+#[ignore = "full"]
 fn gpu_a_sheet_has_every_paper() {
     let folder = Folder::new();
     folder.done(&format!("papers demo:cornell -o sheet {SMALL}"));

@@ -69,22 +69,42 @@ fn renderings(folder: &Folder) -> BTreeMap<String, Vec<u8>> {
     folder.names("out").into_iter().map(|name| (name.clone(), folder.read(&format!("out/{name}")))).collect()
 }
 
+/// Frames of `walk.toml` in chunks equal those of all in one run, which are returned with what that run says.
+fn in_chunks(words: &str, whole: &str, chunks: &[&str]) -> (BTreeMap<String, Vec<u8>>, String) {
+    let (complete, parts) = (walk(), walk());
+    let said = complete.done(&format!("render walk.toml {words} --frames {whole}")).stderr;
+    for chunk in chunks {
+        parts.done(&format!("render walk.toml {words} --frames {chunk}"));
+    }
+    let complete = renderings(&complete);
+    assert!(complete == renderings(&parts), "{:?}", complete.keys());
+    (complete, said)
+}
+
 #[test]
 #[ignore = "full"]
 fn gpu_frames_do_not_depend_on_other_frames() {
-    let (complete, parts) = (walk(), walk());
-    let ran = complete.done("render walk.toml --fps 6 --frames 1-6");
-    assert!(ran.stderr.contains("metered at 0 s"), "{ran:?}");
-    let names: Vec<_> = (1..=6).map(|number| format!("out/walk.{number:04}.png")).collect();
-    assert_eq!(ran.stdout.lines().collect::<Vec<_>>(), names);
-    // In chunks, the last first.
-    for chunk in ["5-6", "2-4", "1-1"] {
-        parts.done(&format!("render walk.toml --fps 6 --frames {chunk}"));
-    }
-    let (complete, parts) = (renderings(&complete), renderings(&parts));
-    assert!(complete == parts && complete.len() == 6, "{:?}", complete.keys());
+    // The last first.
+    let (frames, said) = in_chunks("--fps 6", "1-6", &["5-6", "2-4", "1-1"]);
+    assert!(said.contains("metered at 0 s"), "{said}");
+    let names: Vec<_> = (1..=6).map(|number| format!("walk.{number:04}.png")).collect();
+    assert!(frames.keys().eq(&names), "{:?}", frames.keys());
     // Negative control: frames differ.
-    assert!(complete.values().collect::<Vec<_>>().windows(2).all(|pair| pair[0] != pair[1]));
+    assert!(frames.values().collect::<Vec<_>>().windows(2).all(|pair| pair[0] != pair[1]));
+
+    // Motion is relative to the previous frame's time, which is rendered first.
+    let motion = "--debug-view motion";
+    let (frames, said) = in_chunks(motion, "1-4", &["4-4", "1-3"]);
+    assert!(said.contains("scale of motion: pixels to the right") && frames.len() == 4, "{said}");
+    let folder = walk();
+    folder.done(&format!("render walk.toml {motion} --time 0.16666667 -o out/a.png"));
+    let still = folder.read("out/a.png");
+    assert!(still == frames["walk.0004.png"], "a still is the frame of its time");
+    // Negative control: another frame rate gives other motion, and without a time there is none.
+    folder.done(&format!("render walk.toml {motion} --time 0.16666667 --fps 12 -o out/a.png"));
+    assert!(folder.read("out/a.png") != still);
+    let ran = folder.render("demo:cornell --size 32x18 --debug-view motion -o out/a.png");
+    assert!(ran.stderr.contains("--time SECONDS or --frames A-B"), "{ran:?}");
 }
 
 #[test]
@@ -105,6 +125,14 @@ fn gpu_a_still_is_the_frame_of_its_time() {
             folder.read("out/a.0007.exr") != folder.read("out/b.exr"),
             "{technique}: blind to a twelfth of a second"
         );
+    }
+    // Without a track: frame 0 is at 0 s, as an image without a time is, and frame 1 is a still's where nothing moves.
+    for lights in ["", "--lights rain:20"] {
+        let render = |words: &str| folder.render(&format!("demo:cornell --indirect none {lights} {words}"));
+        render("--frames 0-1 -o out/c.exr");
+        render("-o out/d.exr");
+        let [zeroth, first, still] = ["c.0000", "c.0001", "d"].map(|name| folder.read(&format!("out/{name}.exr")));
+        assert!(zeroth == still && (first == still) == lights.is_empty(), "{lights}");
     }
 }
 
@@ -161,48 +189,6 @@ fn gpu_a_file_says_how_many_frames_of_history_it_has() {
     assert_eq!(folder.done("info out/plain.png").stdout, "the file does not say how it was made\n");
 }
 
-/// Motion is relative to the previous frame's time, which is rendered first: a frame does not depend on which others are
-/// requested.
-#[test]
-#[ignore = "full"]
-fn gpu_motion_of_a_frame_is_from_the_moment_before() {
-    let (complete, parts) = (walk(), walk());
-    let render = |folder: &Folder, words: &str| folder.done(&format!("render walk.toml --debug-view motion {words}"));
-    let ran = render(&complete, "--frames 1-4");
-    assert!(ran.stderr.contains("scale of motion: pixels to the right"), "{ran:?}");
-    for chunk in ["4-4", "1-3"] {
-        render(&parts, &format!("--frames {chunk}"));
-    }
-    let (complete, parts) = (renderings(&complete), renderings(&parts));
-    assert!(complete == parts && complete.len() == 4, "{:?}", complete.keys());
-    let folder = walk();
-    render(&folder, "--time 0.16666667 -o out/a.png");
-    let still = folder.read("out/a.png");
-    assert!(still == complete["walk.0004.png"], "a still is the frame of its time");
-    // Negative control: another frame rate gives other motion, and without a time there is none.
-    render(&folder, "--time 0.16666667 --fps 12 -o out/a.png");
-    assert!(folder.read("out/a.png") != still);
-    let ran = folder.render("demo:cornell --size 32x18 --debug-view motion -o out/a.png");
-    assert!(ran.stderr.contains("--time SECONDS or --frames A-B"), "{ran:?}");
-}
-
-/// An animated file: skinned vertices, in the renderer and in the path tracer.
-#[test]
-#[ignore = "full"]
-fn gpu_an_animated_file_depends_on_the_time_only() {
-    let test = "gpu_an_animated_file_depends_on_the_time_only";
-    let Some(man) = lanternfish_gpu::testing::shared(test, "assets/conformance/CesiumMan.glb") else { return };
-    let folder = Folder::new();
-    let man = man.display();
-    folder.render(&format!("{man} --exposure 1 --frames 4-5 --fps 10 -o a.exr"));
-    folder.render(&format!("{man} --exposure 1 --animation 0 --time 0.5 -o b.exr"));
-    assert!(folder.read("a.0005.exr") == folder.read("b.exr") && folder.read("a.0004.exr") != folder.read("b.exr"));
-    for (time, name) in [("0.5", "c.exr"), ("0.9", "d.exr")] {
-        folder.done(&format!("reference {man} --size 48x36 --spp 4 --time {time} -o {name}"));
-    }
-    assert!(folder.read("c.exr") != folder.read("d.exr"));
-}
-
 #[test]
 fn gpu_complete_frames_are_skipped() {
     let folder = walk();
@@ -229,23 +215,6 @@ fn gpu_complete_frames_are_skipped() {
     let lines: Vec<_> = farm.lines().collect();
     let last = ["openjd_progress: 100.0", "openjd_status: 4 of 4 frames", "out/walk.0004.png"];
     assert_eq!((lines.len(), &lines[9..]), (12, &last[..]));
-}
-
-#[test]
-#[ignore = "full"]
-fn gpu_scenes_without_a_track_have_frames() {
-    let folder = Folder::new();
-    let render = |words: &str| folder.render(&format!("demo:cornell --size 32x18 --indirect none {words}"));
-    // Nothing moves: two equal images.
-    render("--frames 3-4 -o still.png");
-    assert!(folder.read("still.0003.png") == folder.read("still.0004.png"));
-    render("--frames 0-1 --lights rain:20 -o rain.exr");
-    let [zeroth, first] = ["rain.0000.exr", "rain.0001.exr"].map(|name| folder.read(name));
-    assert!(zeroth != first);
-    render("--lights rain:20 -o a.exr");
-    assert!(zeroth == folder.read("a.exr"), "frame 0 is at 0 s, as an image without a time is");
-    render("--lights rain:20 --time 0.041666668 -o a.exr");
-    assert!(first == folder.read("a.exr"));
 }
 
 /// A pyramid with four equal sides, without light of its own.
