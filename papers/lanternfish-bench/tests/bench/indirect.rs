@@ -2,8 +2,6 @@
 
 use std::fs;
 
-use serde_json::Value;
-
 use crate::{bench, program};
 
 const QUICK: &str = "--quick --runs 1 --size 40x30";
