@@ -13,7 +13,7 @@ use std::fmt;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 use lanternfish_scene::named_enum;
 
-use self::radiance_cache::Bounces;
+use self::radiance_cache::bounces::Bounces;
 use crate::{
     context::ViewContext,
     denoise::counters::Counters,

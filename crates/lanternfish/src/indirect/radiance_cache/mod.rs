@@ -12,7 +12,7 @@
 //!
 //! `reference/` is the CPU reference of the shaders; `tests/` compares both.
 
-mod bounces;
+pub mod bounces;
 mod growth;
 mod parameters;
 mod planes;
