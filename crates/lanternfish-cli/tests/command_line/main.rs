@@ -8,6 +8,7 @@ mod mistakes;
 mod outputs;
 mod papers;
 mod reference;
+mod readme;
 mod render;
 mod replay;
 mod results;
