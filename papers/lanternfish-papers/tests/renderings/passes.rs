@@ -54,7 +54,7 @@ fn passes(gpu: &Gpu, settings: Settings) -> Vec<String> {
     labels.filter(|label| named.insert(label.clone())).collect()
 }
 
-#[gpu_test(crate::gpu)]
+#[gpu_test(full, crate::gpu)]
 fn gpu_the_page_of_passes_is_of_their_labels(gpu: &Gpu) {
     if gpu.description.kind != wgpu::DeviceType::Cpu {
         testing::left_out("gpu_the_page_of_passes_is_of_their_labels", "the page is of a software adapter");
