@@ -64,8 +64,9 @@ fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
         };
         *light = Light { range, ..area };
     }
-    let rendering =
-        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings::direct_light().with_culling(culling));
+    // Few rays to areas.
+    let usual = Settings::direct_light().with_shadow_rays(2);
+    let rendering = |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, usual.clone().with_culling(culling));
     let all = rendering(&scene, Culling::NONE);
     for culling in cullings {
         let culled = rendering(&scene, culling.clone());
@@ -85,7 +86,7 @@ fn gpu_tiles_and_clusters_do_not_change_pixels(gpu: &Gpu) {
     // A scene without its area lights equals one that never had any.
     let mut points = scene.clone();
     points.lights.retain(|light| light.area().is_none());
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), usual.clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     for (scene, expected) in [(&points, &rendering(&points, Culling::NONE)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();
