@@ -6,6 +6,9 @@ use lanternfish_scene::{AlphaMode, Light, LightKind, Material, Scene};
 use super::{front, material, mean_and_error, quad, render, scene_of, sphere};
 use crate::{Settings, settings::LightPaths};
 
+/// Samples of a pixel.
+const SAMPLES: u64 = 1024;
+
 /// A floor, a wall at its left and a light in front of the wall.
 fn corner(materials: [Material; 2], lamp: Light) -> Scene {
     let floor = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
@@ -27,7 +30,7 @@ fn indirect(scene: &Scene, light_paths: LightPaths, max_depth: u32) -> (f64, f64
         let settings = Settings { light_paths, max_depth, ..Settings::default() };
         mean_and_error(&render(scene, &front(4.0, 0.9), 16, samples, settings))
     };
-    let ((all, error), (direct, error_of_direct)) = (of(max_depth, 4096), of(2, 4096));
+    let ((all, error), (direct, error_of_direct)) = (of(max_depth, SAMPLES), of(2, SAMPLES));
     (all - direct, error.hypot(error_of_direct))
 }
 
@@ -47,10 +50,8 @@ fn compare(what: &str, scene: &Scene, max_depth: u32, noise: f64) -> f64 {
 fn light_paths_reduce_noise_of_lights_close_to_a_wall() {
     // Closer to the wall, the noise without light paths is too high to compare.
     let scene = corner([matt(), matt()], Light { position: Vec3::new(-0.9, 0.1, 0.8), ..lamp() });
-    for max_depth in [3, 6] {
-        let ratio = compare("a light 10 cm from a wall", &scene, max_depth, 0.015);
-        assert!(ratio < 0.3, "{ratio}");
-    }
+    let ratio = compare("a light 10 cm from a wall", &scene, 3, 0.03);
+    assert!(ratio < 0.3, "{ratio}");
     // At any small distance, half of the light hits the wall and is reflected.
     let near = |distance: f32| {
         let lamp = Light { position: Vec3::new(-1.0 + distance, 0.0, 0.8), ..lamp() };
@@ -69,12 +70,10 @@ fn distant_lights_add_little_noise() {
     let mut scene = corner([matt(), matt()], Light { position: Vec3::new(-0.9, 0.1, 0.8), ..lamp() });
     let elsewhere = |i: u8| Light::point(Vec3::new(40.0, f32::from(i), 0.5), Vec3::splat(0.5));
     scene.lights.extend((0..63).map(elsewhere));
-    for max_depth in [3, 6] {
-        let ratio = compare("63 lights at 40 m", &scene, max_depth, 0.02);
-        println!("variance ratio {ratio:.3}");
-        // Selection by power alone gives 0.43.
-        assert!(ratio < 0.15, "{ratio}");
-    }
+    let ratio = compare("63 lights at 40 m", &scene, 6, 0.02);
+    println!("variance ratio {ratio:.3}");
+    // Selection by power alone gives 0.43.
+    assert!(ratio < 0.15, "{ratio}");
 }
 
 /// Far from the origin, ray offsets are larger. No light must be lost between facing walls.
@@ -92,7 +91,7 @@ fn facing_walls_far_from_the_origin_light_each_other() {
     let camera = lanternfish_scene::Camera::look_at(place + Vec3::new(0.0, 0.0, 4.0), place, projection);
     let of = |max_depth| {
         let settings = Settings { max_depth, ..Settings::default() };
-        mean_and_error(&render(&scene, &camera, 16, 4096, settings))
+        mean_and_error(&render(&scene, &camera, 16, SAMPLES, settings))
     };
     let ((all, error), (direct, _)) = (of(4), of(2));
     println!("{:.5} ± {error:.5} far, {:.5} near", all - direct, near.0);
@@ -100,6 +99,7 @@ fn facing_walls_far_from_the_origin_light_each_other() {
 }
 
 #[test]
+#[ignore = "full"]
 fn light_paths_do_not_change_the_mean() {
     let spot = Light {
         kind: LightKind::Spot { inner_angle: 0.3, outer_angle: 0.9 },
@@ -107,10 +107,10 @@ fn light_paths_do_not_change_the_mean() {
         position: Vec3::new(-0.5, 0.1, 0.8),
         ..lamp()
     };
-    compare("a spot light", &corner([matt(), matt()], spot), 4, 0.01);
+    compare("a spot light", &corner([matt(), matt()], spot), 4, 0.02);
     let coated = Material { clearcoat: 1.0, clearcoat_roughness: 0.4, ..material(Vec3::splat(0.8), 0.5, 0.4) };
     let lamp = || Light { position: Vec3::new(-0.6, 0.1, 0.8), ..lamp() };
-    compare("coated metal", &corner([coated.clone(), coated], lamp()), 4, 0.02);
+    compare("coated metal", &corner([coated.clone(), coated], lamp()), 4, 0.04);
 
     // Surfaces that occlude the light and the wall's reflection.
     let between = |material: Material| {
@@ -122,7 +122,7 @@ fn light_paths_do_not_change_the_mean() {
         scene
     };
     let alpha = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..matt() };
-    compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.01);
+    compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.02);
     // Without specular reflection, which would be a tiny bright highlight.
     let thin_dielectric = Material {
         transmission: 1.0,
@@ -130,7 +130,7 @@ fn light_paths_do_not_change_the_mean() {
         double_sided: true,
         ..material(Vec3::new(0.9, 0.7, 0.5), 0.0, 0.0)
     };
-    compare("a thin dielectric", &between(thin_dielectric), 5, 0.02);
+    compare("a thin dielectric", &between(thin_dielectric), 5, 0.04);
 
     // Rough glass with light transport inside it.
     let glass = Material {
@@ -143,7 +143,7 @@ fn light_paths_do_not_change_the_mean() {
     };
     let lamps = vec![Light::point(Vec3::new(0.0, 0.3, -0.75), Vec3::ONE), Light::point(Vec3::ZERO, Vec3::splat(0.3))];
     let ball = Scene { lights: lamps, ..scene_of(vec![sphere(0, 0.7, 12)], vec![glass]) };
-    compare("a ball of glass", &ball, 4, 0.03);
+    compare("a ball of glass", &ball, 4, 0.06);
 
     // All kinds of lights together, with and without light paths.
     let mut many = corner([matt(), Material { emissive: Vec3::splat(0.2), ..matt() }], lamp());
@@ -151,5 +151,5 @@ fn light_paths_do_not_change_the_mean() {
     many.lights.splice(0..0, [Light::directional(Vec3::new(0.3, 0.2, -1.0), Vec3::splat(0.2))]);
     many.lights.push(Light::rectangle(Vec3::new(0.5, 0.5, 1.0), Vec3::NEG_Z, Vec3::X, [0.3, 0.2], Vec3::ONE));
     many.lights.push(Light::point(Vec3::new(0.6, -0.5, 0.7), Vec3::splat(0.5)));
-    compare("lights of every kind", &many, 4, 0.01);
+    compare("lights of every kind", &many, 4, 0.02);
 }
