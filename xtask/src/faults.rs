@@ -93,7 +93,7 @@ fn switched(file: &str, mut text: String, faults: &[Fault<'_>]) -> String {
         } else if fault.get("file") == file {
             let is_on = format!("std::env::var_os({VARIABLE:?}).is_some_and(|on| on == {name:?})");
             let on = format!("static ON: {lock}<bool> = {lock}::new(|| {is_on}); *ON");
-            text = text.replace(from, &format!("(if {{ {on} }} {{ {by} }} else {{ {from} }})"));
+            text = text.replace(from, &format!("match {{ {on} }} {{ true => {by}, false => {from} }}"));
         }
     }
     let on = format!("static ON: {lock}<Option<String>> = {lock}::new(|| std::env::var({VARIABLE:?}).ok());");
