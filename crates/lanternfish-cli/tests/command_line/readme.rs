@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lanternfish_gpu::{Gpu, testing};
+use lanternfish_gpu::testing;
 use lanternfish_gpu_test::gpu_test;
 use lanternfish_metrics::{RgbImage, write_exr};
 
@@ -28,7 +28,8 @@ fn commands(text: &str) -> Vec<&str> {
 
 /// The words of a command after the program's name, with files that are in the test's folder, and so small that it ends in seconds.
 fn small(command: &str) -> Vec<String> {
-    let least = [("--size", "32x18"), ("--accumulate", "2"), ("--orbit", "2"), ("--until-error", "0.5"), ("--spp", "1")];
+    let least =
+        [("--size", "32x18"), ("--accumulate", "2"), ("--orbit", "2"), ("--until-error", "0.5"), ("--spp", "1")];
     let mut words: Vec<String> = command.split_whitespace().skip(1).map(str::to_owned).collect();
     for at in 0..words.len() {
         let last = at.checked_sub(1).map(|before| words[before].clone()).unwrap_or_default();
@@ -112,7 +113,8 @@ fn gpu_every_check_of_the_doctor_passes(_gpu: &Gpu) {
     let said = run(folder.path(), &["doctor", "--only", "checks", "--adapter", "cpu"].map(str::to_owned));
     assert!(said.contains("0 failed"), "{said}");
     let readme = readme();
-    let row = readme.lines().find(|line| line.starts_with("| checks of every technique")).expect("the README has the row");
+    let row =
+        readme.lines().find(|line| line.starts_with("| checks of every technique")).expect("the README has the row");
     let passed = said.lines().filter(|line| line.contains(" passed")).count();
     assert!(row.contains(&format!("| {passed} of {passed} |")), "{row}\n{said}");
 }

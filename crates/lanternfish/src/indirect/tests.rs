@@ -196,7 +196,7 @@ fn gpu_moved_emitters_light_from_their_new_position(gpu: &Gpu) {
 }
 
 /// Only few of thousands of lights reach a hit: light sampling selects these.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_many_short_range_lights_match_path_tracer(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.6));
     let mut random = Random::new(4);

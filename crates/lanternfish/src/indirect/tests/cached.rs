@@ -25,7 +25,7 @@ fn gpu_emissive_box_has_the_stated_bounces(gpu: &Gpu) {
 
 /// With many samples per entry in the first frame, and few rays that request them: the mean of hits that have left an entry's list contains the light
 /// of all bounces.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_many_first_samples_keep_every_bounce(gpu: &Gpu) {
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.8)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
@@ -77,7 +77,7 @@ fn gpu_every_bounce_matches_path_tracer_in_the_hall(gpu: &Gpu) {
 }
 
 /// Entries that have migrated to another table keep their radiance for each number of bounces.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_counted_bounces_survive_migration(gpu: &Gpu) {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let entries = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
@@ -186,7 +186,7 @@ fn gpu_entries_do_not_leak_through_walls(gpu: &Gpu) {
 
 /// A dark room that light reaches only through a door, after at least two reflections. Entries of the floor, which continues under the wall, lie on both
 /// sides of it, and a few rays get into the hollow wall: the voters of the lowest rank set an entry's sample position.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_light_enters_by_the_door_only(gpu: &Gpu) {
     // 128 along the diagonal of a box of 2 m.
     let edge = 12f32.sqrt() / 128.0;

@@ -78,7 +78,7 @@ fn gpu_lights_behind_a_leaf_shine_through(gpu: &Gpu) {
 
 /// So is light of the sky and of other surfaces. A shell that scatters all light through is as bright inside as the sky, but for what its albedo takes; the
 /// light of its other side is that of rays which hit it from inside.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_the_sky_behind_a_leaf_shines_through(gpu: &Gpu) {
     let (mut scene, camera) = sheets();
     scene.lights.truncate(1);

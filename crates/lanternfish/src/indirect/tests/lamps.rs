@@ -19,7 +19,7 @@ fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
 
 /// A lamp five millimetres above a floor, a quarter of an entry's edge: possibly none of an entry's few samples is in the bright spot. A mirror shows the
 /// entries' radiance.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_entries_near_a_lamp_match_its_light(gpu: &Gpu) {
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let errors: [f64; 24] = std::array::from_fn(|i| {

@@ -86,7 +86,7 @@ fn seen(gpu: &Gpu, bounces: Bounces, fractions: [f32; 2], frames: usize, changes
 ///
 /// While the scene changes in every frame, all entries have few sweeps per frame, and the light of further bounces is from earlier frames; new entries have
 /// more sweeps. The first frame has 0.992 of the light with 2 sweeps for all; with 3 sweeps for all and no more for new ones it has 0.74.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_new_entries_have_every_bounce(gpu: &Gpu) {
     let (even, uneven) = (([0.8, 0.8], 0.02), ([0.9, 0.2], 0.01));
     for (bounces, (fractions, most), changes) in [
@@ -105,7 +105,7 @@ fn gpu_new_entries_have_every_bounce(gpu: &Gpu) {
 /// bounce's difference remain after each frame; all bounces follow at most two frames later. Measured fraction that remains after 1, 4, 8 and 16
 /// frames: 0.764, 0.323, 0.103 and 0.011 with one bounce, 0.896, 0.481, 0.167 and 0.018 with all. With one sweep per frame instead of two it is 0.944,
 /// 0.637, 0.300 and 0.050; with twelve it is that of one bounce.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_every_bounce_follows_a_lamp_while_the_scene_changes(gpu: &Gpu) {
     let fractions = [0.8, 0.8];
     let direct = settled(gpu, Indirect::NONE, fractions);

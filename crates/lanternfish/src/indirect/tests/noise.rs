@@ -228,7 +228,7 @@ fn specks(image: &[Vec3], truth: &[Vec3], size: UVec2) -> f64 {
 }
 
 /// A mean of frames with few rays has fewer bright dots than one frame, although each frame adds some.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_means_of_drafts_have_no_specks(gpu: &Gpu) {
     let scene = demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();

@@ -67,9 +67,8 @@ fn gpu_penumbras_are_the_visible_fraction_of_the_disk(gpu: &Gpu) {
     let diameter = 2.0 * RADIUS.atan().to_degrees();
     let point = |rays, size: f32| soft(rays).with_light_radius(size * RADIUS);
     let sun = |rays, size: f32| point(rays, 0.0).with_sun_diameter(size * diameter);
-    let cases: [(&str, Scene, &dyn Fn(u32, f32) -> Settings); 2] =
-        [("a point", of_point, &point), ("a sun", of_sun, &sun)];
-    for (name, scene, sized) in cases {
+    for (name, scene) in [("a point", of_point), ("a sun", of_sun)] {
+        let sized = |rays, size| if name == "a sun" { sun(rays, size) } else { point(rays, size) };
         let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
         let unshadowed = of(Settings::direct_light().with_shadows(Shadows::None));
         let off = |settings| off(&of(settings), &unshadowed, RADIUS);

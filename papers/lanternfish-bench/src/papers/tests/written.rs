@@ -48,18 +48,21 @@ fn all(_: &str) -> bool {
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_forward_plus_writes_what_is_read() {
     let words = "forward-plus demo:cornell --lights rain:3 --range-threshold 0.5 --size 32x18";
     assert_eq!(unanswered(&["forward-plus"], words, all), [""; 0]);
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_clustered_writes_what_is_read() {
     assert_eq!(unanswered(&["clustered"], "clustered demo:cornell --quick --size 32x18", all), [""; 0]);
 }
 
 /// No expression asks for it.
 #[test]
+#[ignore = "full"]
 fn gpu_a_track_writes_what_is_read() {
     let mut reports = Reports::of(true);
     reports.add("clustered-track", Ok(report(&format!("clustered {} --quick --frames 2 --size 32x18", TRACK.0))));
@@ -68,18 +71,21 @@ fn gpu_a_track_writes_what_is_read() {
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_deep_images_write_what_is_read() {
     let parts = ["deep-images", "deep-images-many-triangles", "crossings"];
     assert_eq!(unanswered(&parts, "deep-images demo:cornell --quick --rays 1024", all), [""; 0]);
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_indirect_light_writes_what_is_read() {
     let words = "indirect demo:cornell --quick --resolution 8,16 --size 24x18";
     assert_eq!(unanswered(&["indirect"], words, all), [""; 0]);
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_virtual_lights_write_what_is_read() {
     let parts = ["virtual-lights", "virtual-lights-many-triangles"];
     let words = "virtual-lights demo:cornell --size 24x18 --spp 2 --quick";

@@ -110,60 +110,64 @@ fn textured() -> Scene {
 
 /// An update renders bitwise the same as a fresh upload, whatever has changed; unchanged images are not uploaded again.
 #[gpu_test]
-fn gpu_update_handles_any_change(gpu: &Gpu) {
-    check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(few_rays()));
+fn gpu_update_in_place_handles_any_change(gpu: &Gpu) {
+    check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(few_rays()), &IN_PLACE, true);
+}
+
+#[gpu_test]
+fn gpu_update_by_an_upload_handles_any_change(gpu: &Gpu) {
+    check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(few_rays()), &OTHERS, false);
 }
 
 #[gpu_test(full)]
 fn gpu_update_without_hits_handles_any_change(gpu: &Gpu) {
-    check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH));
+    let direct = Settings::direct_light().with_shadows(Shadows::BVH);
+    check_changes(gpu, &direct, &IN_PLACE, true);
+    check_changes(gpu, &direct, &OTHERS, false);
 }
 
-fn check_changes(gpu: &Gpu, settings: &Settings) {
-    let changes: [(&[(&str, Change)], bool); 2] = [(&IN_PLACE, true), (&OTHERS, false)];
-    for (changes, is_in_place) in changes {
-        let mut now = textured();
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
-        let mut uploaded = renderer.upload(&now).unwrap();
-        let mut last = shown(&mut renderer, &uploaded, &now);
-        for (name, change) in changes {
-            let before = now.clone();
-            change(&mut now);
-            if !is_in_place {
-                // In addition to the change in place.
-                now.lights.pop();
-            }
-            assert_eq!(now.validate(), Ok(()), "{name}");
-            let (images, generation) = (uploaded.textures.images(|_| true), uploaded.generation());
-            let order = uploaded.triangle_order();
-            renderer.update(&mut uploaded, &now).unwrap();
-            let updated = shown(&mut renderer, &uploaded, &now);
-            let fresh = renderer.upload(&now).unwrap();
-            let expected = shown(&mut renderer, &fresh, &now);
-            let wrong = differing(&updated, &expected);
-            println!("{name}: {wrong} pixels differ, {} have changed", differing(&updated, &last));
-            assert_eq!(wrong, 0, "{name}");
-            // A new tree may have other nodes.
-            assert_eq!(updated.report.counters[..4], expected.report.counters[..4], "{name}");
-            assert_eq!((uploaded.bounds, uploaded.lights.capacity), (fresh.bounds, fresh.lights.capacity), "{name}");
-            assert_eq!((uploaded.bounds, uploaded.lights.bounds), (now.bounds(), fresh.lights.bounds), "{name}");
-            assert_eq!(uploaded.generation() == generation, is_in_place, "{name}");
-            assert!(!is_in_place || uploaded.triangle_order() == order, "{name}: the scene was uploaded again");
-            assert!(differing(&updated, &last) > 10, "{name}");
-            for (key, (view, _)) in uploaded.textures.images(|_| true) {
-                let is_as_it_was = now.images[key.0].rgba == before.images[key.0].rgba;
-                let stays = images.get(&key).is_some_and(|(last_view, _)| *last_view == view);
-                assert_eq!(stays, is_as_it_was && images.contains_key(&key), "{name}: {key:?}");
-            }
-            last = updated;
+fn check_changes(gpu: &Gpu, settings: &Settings, changes: &[(&str, Change)], is_in_place: bool) {
+    let mut now = textured();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
+    let mut uploaded = renderer.upload(&now).unwrap();
+    let mut last = shown(&mut renderer, &uploaded, &now);
+    for (name, change) in changes {
+        let before = now.clone();
+        change(&mut now);
+        if !is_in_place {
+            // In addition to the change in place.
+            now.lights.pop();
         }
-        let nowhere = Scene { instances: vec![Instance { mesh: 99, ..now.instances[0].clone() }], ..now.clone() };
-        renderer.update(&mut uploaded, &nowhere).unwrap_err();
-        let generation = uploaded.generation();
+        assert_eq!(now.validate(), Ok(()), "{name}");
+        let (images, generation) = (uploaded.textures.images(|_| true), uploaded.generation());
+        let order = uploaded.triangle_order();
         renderer.update(&mut uploaded, &now).unwrap();
-        assert_eq!(uploaded.generation(), generation, "nothing has changed");
-        assert_eq!(differing(&shown(&mut renderer, &uploaded, &now), &last), 0, "an error changes nothing");
+        let updated = shown(&mut renderer, &uploaded, &now);
+        let fresh = renderer.upload(&now).unwrap();
+        let expected = shown(&mut renderer, &fresh, &now);
+        let wrong = differing(&updated, &expected);
+        println!("{name}: {wrong} pixels differ, {} have changed", differing(&updated, &last));
+        assert_eq!(wrong, 0, "{name}");
+        // A new tree may have other nodes.
+        assert_eq!(updated.report.counters[..4], expected.report.counters[..4], "{name}");
+        assert_eq!((uploaded.bounds, uploaded.lights.capacity), (fresh.bounds, fresh.lights.capacity), "{name}");
+        assert_eq!((uploaded.bounds, uploaded.lights.bounds), (now.bounds(), fresh.lights.bounds), "{name}");
+        assert_eq!(uploaded.generation() == generation, is_in_place, "{name}");
+        assert!(!is_in_place || uploaded.triangle_order() == order, "{name}: the scene was uploaded again");
+        assert!(differing(&updated, &last) > 10, "{name}");
+        for (key, (view, _)) in uploaded.textures.images(|_| true) {
+            let is_as_it_was = now.images[key.0].rgba == before.images[key.0].rgba;
+            let stays = images.get(&key).is_some_and(|(last_view, _)| *last_view == view);
+            assert_eq!(stays, is_as_it_was && images.contains_key(&key), "{name}: {key:?}");
+        }
+        last = updated;
     }
+    let nowhere = Scene { instances: vec![Instance { mesh: 99, ..now.instances[0].clone() }], ..now.clone() };
+    renderer.update(&mut uploaded, &nowhere).unwrap_err();
+    let generation = uploaded.generation();
+    renderer.update(&mut uploaded, &now).unwrap();
+    assert_eq!(uploaded.generation(), generation, "nothing has changed");
+    assert_eq!(differing(&shown(&mut renderer, &uploaded, &now), &last), 0, "an error changes nothing");
 }
 
 /// Replaces one material: its bytes are uploaded, and the image is that of a fresh upload; changes that need an update are refused.

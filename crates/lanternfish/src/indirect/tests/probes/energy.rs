@@ -16,7 +16,7 @@ fn ground_truth(scene: &Scene, camera: &Camera, samples: u64) -> f64 {
 }
 
 /// Light of all bounces in matt scenes: the Cornell box with a lamp at its centre, and the hall.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_probes_have_the_energy_of_paths(gpu: &Gpu) {
     let hall = demo("hall").unwrap();
     let inside = hall.cameras[0].clone();
@@ -32,7 +32,7 @@ fn gpu_probes_have_the_energy_of_paths(gpu: &Gpu) {
 
 /// Emission is counted once, by rays of probes and by rays from pixels to emissive triangles; on matt surfaces, dielectrics and metals, and for lamps of
 /// different sizes.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_emission_is_counted_once_by_probes_and_pixels(gpu: &Gpu) {
     let lamp = Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) };
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.6]);

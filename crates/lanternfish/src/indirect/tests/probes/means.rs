@@ -11,7 +11,7 @@ fn averaged(gpu: &Gpu, indirect: impl Into<Indirect>, accumulate: u32, scene: &S
 }
 
 /// The first frame of a mean has rays from probes, about one per pixel; all others have the rays of `sampled`, whose image the mean approaches.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_means_have_probes_in_their_first_frame_only(gpu: &Gpu) {
     let scene = cornell();
     let rays = |indirect: Indirect, frames| counted(&averaged(gpu, indirect, frames, &scene), "indirect/rays");

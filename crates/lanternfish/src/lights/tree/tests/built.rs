@@ -270,7 +270,8 @@ fn gpu_moved_lights_give_the_tree_of_a_new_upload(gpu: &Gpu) {
 fn gpu_the_checks_of_the_tree_can_fail(gpu: &Gpu) {
     let lights = mixed(&mut Random::new(34), 60);
     let nodes = nodes_of(gpu, &trees_of(gpu, &lights, Vec::new()));
-    let edits: [(&str, fn(&mut [LightNode])); 6] = [
+    type Edit = fn(&mut [LightNode]);
+    let edits: [(&str, Edit); 6] = [
         ("box", |nodes| nodes[0].half_xy -= 1),
         ("power", |nodes| nodes[0].power_and_range -= 1),
         ("range", |nodes| nodes[0].power_and_range += 1 << 16),

@@ -82,7 +82,7 @@ fn gpu_a_ray_visits_few_more_nodes_among_many_triangles(gpu: &Gpu) {
 }
 
 /// In Sponza, where large walls lie among small triangles: generated scenes do not show what a tree of the device costs there.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_a_ray_visits_few_more_nodes_in_a_tree_of_the_device(gpu: &Gpu) {
     let Some(file) = testing::shared("nodes in a tree of the device", "assets/sponza/Sponza.glb") else { return };
     let scene = lanternfish_scene::load(&file).unwrap();

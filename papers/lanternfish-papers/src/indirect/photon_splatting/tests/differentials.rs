@@ -129,7 +129,8 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     bind(&mut memory, "view", view);
     let directions: Vec<Vec4> = ways.iter().map(|way| way.direction.as_vec3().extend(CELL as f32)).collect();
     memory.bind(&["photon_directions"], &directions);
-    ["primary_photons", "split_photons"].map(|name| memory.bind(&[name], &vec![PrimaryPhoton::zeroed(); ways.len()]));
+    memory.bind(&["primary_photons"], &vec![PrimaryPhoton::zeroed(); ways.len()]);
+    memory.bind(&["split_photons"], &vec![PrimaryPhoton::zeroed(); ways.len()]);
     // Slot i * count + i: photon i in direction i.
     let mut hits = vec![PhotonHit { triangle: u32::MAX, ..PhotonHit::zeroed() }; ways.len() * ways.len()];
     let mut triangles = Vec::new();
@@ -145,7 +146,8 @@ fn errors(gpu: &Gpu, library: &ShaderLibrary) -> [f64; 2] {
     memory.bind(&["landed_hits"], &hits);
     memory.bind(&["bvh_triangles"], &triangles);
     memory.bind(&["places"], &places);
-    ["placed_photons", "lights"].map(|name| memory.bind(&[name], &vec![Light::zeroed(); ways.len()]));
+    memory.bind(&["placed_photons"], &vec![Light::zeroed(); ways.len()]);
+    memory.bind(&["lights"], &vec![Light::zeroed(); ways.len()]);
     memory.bind(&["queries"], &ways.iter().flat_map(|w| query(w.p, w.texel, w.normals[0])).collect::<Vec<_>>());
     memory.bind(&["answers"], &[Vec4::ZERO]);
 
