@@ -207,6 +207,7 @@ fn cornell_matches_the_references() {
 }
 
 #[test]
+#[ignore = "full"]
 fn sponza_matches_the_references() {
     let Some(shared) = shared("sponza_matches_the_references") else { return };
     let references = Reference::all(&shared, "references/upright", "sponza");

@@ -111,7 +111,7 @@ fn samples_per_entry(image: &RenderedImage) -> f64 {
 /// In a mean, every entry that pixels' rays request gets a sample in each frame; of those with a long history, half or a quarter. Entries that
 /// rays hit again and again get four, up to 128 in all: a few are left after 64 frames. In a first frame, entries that many rays hit get more samples
 /// than others, up to the requested number.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_samples_of_entries_follow_hits_and_history(gpu: &Gpu) {
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.5)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);

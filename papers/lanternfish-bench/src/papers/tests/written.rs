@@ -99,6 +99,7 @@ fn gpu_virtual_lights_of_the_thesis_write_what_is_read() {
 }
 
 #[test]
+#[ignore = "full"]
 fn gpu_photons_write_what_is_read() {
     let words = "photons demo:cornell --size 24x18 --spp 2 --only paper --only occlusion";
     assert_eq!(unanswered(&["photons"], words, all), [""; 0]);

@@ -38,7 +38,7 @@ fn gpu_images_of_probes_are_reproducible_whatever_the_capacity(gpu: &Gpu) {
 }
 
 /// With deferred readback a frame whose further probes exceed the capacity is held; a later one is complete, and has the image of blocking readback.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     // More than 4,096 further probes, the least capacity with deferred readback.
     let (size, camera) = ([400, 260], looking(VIEW.0, VIEW.1));

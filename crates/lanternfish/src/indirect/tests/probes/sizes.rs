@@ -25,7 +25,7 @@ fn gpu_probes_light_images_of_every_size(gpu: &Gpu) {
 }
 
 /// Views of one frame, and a view after one of another size, are the images of views alone.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_views_have_their_own_probes(gpu: &Gpu) {
     let scene = clutter(40, 0.1);
     let cameras = [looking([-0.03, 0.0, 0.95], [0.1, 0.1, -1.0]), looking([0.03, 0.0, 0.95], [0.1, 0.1, -1.0])];
