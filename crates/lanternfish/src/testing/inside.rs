@@ -64,8 +64,3 @@ pub fn limit_samples_and_first_entries(samples: u64, first_entries: u32) {
     crate::indirect::sampled::MOST_SAMPLES_IN_TESTS.set(samples);
     crate::indirect::radiance_cache::FIRST_ENTRIES_IN_TESTS.set(first_entries);
 }
-
-/// Sets, for this thread, the initial capacity of the list of further screen probes; `None`: the usual one.
-pub fn limit_first_further_probes(capacity: Option<u64>) {
-    crate::indirect::sampled::probes::FIRST_FURTHER_IN_TESTS.set(capacity);
-}
