@@ -43,7 +43,7 @@ fn transforms(scene: &Scene) -> Vec<(usize, Affine3A)> {
 
 /// Calls until another tree has replaced the first one; returns the number of calls.
 fn wait(renderer: &Renderer, uploaded: &mut GpuScene, transforms: &[(usize, Affine3A)]) -> Option<usize> {
-    (0..2000).find(|_| {
+    (0..20_000).find(|_| {
         std::thread::sleep(Duration::from_millis(2));
         renderer.move_instances(uploaded, transforms).unwrap().has_rebuilt
     })
