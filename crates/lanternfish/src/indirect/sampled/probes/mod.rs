@@ -15,7 +15,7 @@ mod settings;
 use glam::UVec2;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 
-#[cfg(any(test, feature = "testing"))]
+#[cfg(test)]
 pub(crate) use self::placement::FIRST_FURTHER_IN_TESTS;
 pub use self::settings::Probes;
 use self::{

@@ -11,7 +11,7 @@ const FURTHER: &str = "indirect/probes/further";
 /// Further probes of a tile at most: `list.wesl`.
 pub(super) const MOST_FURTHER: u32 = 3;
 
-#[cfg(any(test, feature = "testing"))]
+#[cfg(test)]
 thread_local! {
     /// Capacity of the list before probes have been counted, in tests.
     pub(crate) static FIRST_FURTHER_IN_TESTS: std::cell::Cell<Option<u64>> = const { std::cell::Cell::new(None) };
@@ -19,7 +19,7 @@ thread_local! {
 
 /// Capacity of the list before probes have been counted.
 fn first_capacity(tiles: u64) -> u64 {
-    #[cfg(any(test, feature = "testing"))]
+    #[cfg(test)]
     if let Some(capacity) = FIRST_FURTHER_IN_TESTS.get() {
         return capacity;
     }
