@@ -87,8 +87,9 @@ fn gpu_moves_are_small_and_wrong_ones_are_refused(gpu: &Gpu) {
             renderer.move_instances(&mut uploaded, &[(instance, Affine3A::IDENTITY), (instance, back)]).unwrap();
         }
         let generation = uploaded.generation();
-        renderer.move_instances(&mut uploaded, &[(0, before.instances[0].world_from_object)]).unwrap();
-        assert_eq!(uploaded.generation(), generation, "nothing has moved");
+        let sent = renderer.move_instances(&mut uploaded, &[(0, before.instances[0].world_from_object)]).unwrap();
+        // A tree from the background may arrive with any call.
+        assert!(sent.has_rebuilt || uploaded.generation() == generation, "nothing has moved");
         let fresh = renderer.upload(&before).unwrap();
         let (back, fresh) = (shown(&mut renderer, &uploaded, &before), shown(&mut renderer, &fresh, &before));
         assert_eq!(differing(&back, &fresh), 0, "back");
