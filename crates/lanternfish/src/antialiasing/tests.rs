@@ -1,6 +1,6 @@
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{Camera, Material, Scene};
+use lanternfish_scene::{Camera, Light, Material, Scene};
 
 use crate::{
     Renderer, Settings, Target, ViewRequest,
@@ -79,6 +79,19 @@ fn gpu_edges_at_rest_are_as_smooth_as_with_four_samples(gpu: &Gpu) {
     let temporal = of(settings(Antialiasing::Temporal), SETTLED);
     println!("error without {plain:.4}, with four samples {multisampled:.4}, temporal {temporal:.4}");
     assert!(temporal < multisampled && multisampled < plain, "{temporal} {multisampled} {plain}");
+}
+
+/// Clipping to the neighbourhood would keep light of the former lamp where the board and the wall meet.
+#[gpu_test]
+fn gpu_a_lamp_that_goes_out_leaves_no_light_at_edges(gpu: &Gpu) {
+    let lamp = Light::point(Vec3::new(0.0, 0.0, 1.5), Vec3::splat(30.0));
+    let pose = |frame: u32| (Scene { lights: vec![lamp.clone(); usize::from(frame < 12)], ..board() }, camera());
+    let light = |image: Vec<f32>| image.iter().sum::<f32>();
+    let lit = light(last(gpu, settings(Antialiasing::Temporal), 12, pose));
+    let dark = light(last(gpu, settings(Antialiasing::Temporal), 13, pose));
+    let expected = light(reference(gpu, &pose(12).0, &camera()));
+    println!("light {lit:.1} with the lamp, {dark:.2} after it, {expected:.2} without it");
+    assert!(lit > 2.0 * expected && (dark / expected - 1.0).abs() < 0.02, "{lit} {dark} {expected}");
 }
 
 /// A board that moves by three pixels a frame: pixels that it has left show the wall, as without a history.
