@@ -107,20 +107,21 @@ mod tests {
 
     #[test]
     fn eyes_are_symmetric() {
+        // A turned head: its right is +z.
         let head = Camera::look_at(
             Vec3::new(1.0, 2.0, 3.0),
-            Vec3::new(1.0, 2.0, 0.0),
+            Vec3::new(4.0, 2.0, 3.0),
             Projection::Perspective { fov_y: 1.0, near: 0.1 },
         );
         let [left, right] = StereoRig::vive().cameras(&head, 0.1);
-        assert!((right.eye() - left.eye()).abs_diff_eq(Vec3::X * 0.063, 1e-6));
+        assert!((right.eye() - left.eye()).abs_diff_eq(Vec3::Z * 0.063, 1e-6));
         assert!((0.5 * (right.eye() + left.eye())).abs_diff_eq(head.eye(), 1e-6));
         let [a, b] = [left, right].map(|c| c.projection.slopes(1.0).unwrap());
         assert_eq!([-a[1], -a[0], a[2], a[3]], b);
         // Canted outwards: each eye's axis points to its own side.
         let [left, right] = StereoRig::new(0.063, [-1.0, 1.0, -1.0, 1.0], 0.1).cameras(&head, 0.1);
         let axis = |c: &Camera| c.world_from_camera.transform_vector3(Vec3::NEG_Z);
-        assert!(axis(&left).x < -0.09 && axis(&right).x > 0.09);
+        assert!(axis(&left).z < -0.09 && axis(&right).z > 0.09);
     }
 
     #[test]
