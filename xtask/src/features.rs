@@ -7,9 +7,12 @@ use crate::{
     files::read,
 };
 
+/// What is linked into programs and tests, and with it what runs while they are compiled: features of the two differ.
+const EDGES: [&str; 2] = ["normal,dev,no-proc-macro", "normal,build,dev"];
+
 /// Every package in the dependencies of the selected packages and their tests, with its features.
-fn packages_with_features(selected: &[&str]) -> BTreeSet<String> {
-    let mut command = cargo(["tree", "--offline", "--edges", "normal,build,dev", "--prefix", "none"]);
+fn packages_with_features(edges: &str, selected: &[&str]) -> BTreeSet<String> {
+    let mut command = cargo(["tree", "--offline", "--edges", edges, "--prefix", "none"]);
     let output = command.args(["--format", "{p} [{f}]"]).args(selected).output().expect("cargo runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
@@ -23,11 +26,13 @@ fn differences(alone: &BTreeSet<String>, workspace: &BTreeSet<String>) -> Vec<St
 
 #[test]
 fn a_crate_alone_has_the_workspaces_features() {
-    let workspace = packages_with_features(&["--workspace"]);
+    let workspace = EDGES.map(|edges| packages_with_features(edges, &["--workspace"]));
     for folder in packages() {
         let manifest = read(&folder.join("Cargo.toml")).unwrap();
         let name = manifest.lines().find_map(|line| line.strip_prefix("name = ")).expect("a name").trim_matches('"');
-        let missing = differences(&packages_with_features(&["--package", name]), &workspace);
+        let missing =
+            [0, 1].map(|i| differences(&packages_with_features(EDGES[i], &["--package", name]), &workspace[i]));
+        let missing = missing.concat();
         assert!(
             missing.is_empty(),
             "cargo test -p {name} compiles other features than the workspace's tests. Add the workspace's to \
