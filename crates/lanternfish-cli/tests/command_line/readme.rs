@@ -115,6 +115,6 @@ fn gpu_every_check_of_the_doctor_passes(_gpu: &Gpu) {
     let readme = readme();
     let row =
         readme.lines().find(|line| line.starts_with("| checks of every technique")).expect("the README has the row");
-    let passed = said.lines().filter(|line| line.contains(" passed")).count();
+    let passed = said.lines().find_map(|line| line.split_once(" checks passed")).expect("it counts the checks").0;
     assert!(row.contains(&format!("| {passed} of {passed} |")), "{row}\n{said}");
 }
