@@ -104,5 +104,7 @@ mod tests {
         let (names, sky) = lights_of(&["--environment-sun", "image"]);
         assert_eq!(names, [""]);
         assert!(sky.pixels.iter().any(|pixel| pixel.x > 50_000.0));
+        let (_, turned) = lights_of(&["--environment-rotation", "90", "--environment-scale", "0.5"]);
+        assert_eq!((sky.rotation, turned.rotation, turned.pixels[0]), (0.0, 90f32.to_radians(), Vec3::splat(0.5)));
     }
 }

@@ -3,7 +3,9 @@
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::Tracer;
-use lanternfish_scene::{AlphaMode, Camera, Material, Primitive, Projection, Scene};
+use lanternfish_scene::{
+    AlphaMode, Camera, Filter, Image, Material, Primitive, Projection, Sampler, Scene, Texture, TextureRef, Wrap,
+};
 
 use super::Aovs;
 use crate::{
@@ -186,4 +188,42 @@ fn gpu_they_do_not_depend_on_frames_and_samples(gpu: &Gpu) {
     let image = renderer.render(&uploaded, &camera, SIZE).unwrap();
     assert!(renderer.aovs(&uploaded, &camera, SIZE, None).unwrap() == alone);
     assert!(renderer.render(&uploaded, &camera, SIZE).unwrap().radiance == image.radiance, "nor does an image on them");
+}
+
+/// A card of 4 m whose base colour is a texture of a black and a white texel, left to right.
+fn textured(wrap: Wrap, uv: [Vec2; 4]) -> Scene {
+    let card = Primitive { uv0: uv.to_vec(), ..quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y) };
+    let material = Material { base_color_texture: Some(TextureRef::new(0)), ..Material::default() };
+    let mut scene = placed(vec![card], vec![material]);
+    scene.images =
+        vec![Image { name: String::new(), width: 2, height: 1, rgba: vec![0, 0, 0, 255, 255, 255, 255, 255] }];
+    let nearest = Sampler { mag: Filter::Nearest, min: Filter::Nearest, ..Sampler::default() };
+    scene.samplers = vec![Sampler { wrap_u: wrap, wrap_v: wrap, ..nearest }];
+    scene.textures = vec![Texture { image: 0, sampler: 0 }];
+    scene
+}
+
+/// Left to right a texture of two texels is seen twice, the second time as its sampler says.
+#[gpu_test]
+fn gpu_textures_continue_beyond_their_edges_as_their_samplers_say(gpu: &Gpu) {
+    let uv = [[0.0, 1.0], [2.0, 1.0], [2.0, 0.0], [0.0, 0.0]].map(Vec2::from);
+    let wraps = [(Wrap::Repeat, [0, 1, 0, 1]), (Wrap::MirroredRepeat, [0, 1, 1, 0]), (Wrap::ClampToEdge, [0, 1, 1, 1])];
+    for (wrap, expected) in wraps {
+        let albedo = aovs_of(gpu, &textured(wrap, uv), &looking([0.0, 0.0, 4.0], [0.0; 3])).albedo;
+        let row = SIZE[1] as usize / 2 * SIZE[0] as usize;
+        // Quarters of the middle 90 pixels, in which the card is seen.
+        let seen = [1, 3, 5, 7].map(|eighth| albedo[row + 15 + eighth * 90 / 8][0].round() as u32);
+        assert_eq!(seen, expected, "{wrap:?}");
+    }
+}
+
+/// A texture coordinate that is the same all over a surface, up to the rounding of interpolation, has a colour too.
+#[gpu_test]
+fn gpu_one_texel_for_a_whole_surface_is_a_colour(gpu: &Gpu) {
+    for at in [[0.75, 0.5], [0.7, 0.3], [5.61, 0.9]] {
+        let scene = textured(Wrap::Repeat, [Vec2::from(at); 4]);
+        let albedo = aovs_of(gpu, &scene, &looking([0.3, 0.1, 0.9], [0.4, 0.2, 0.0])).albedo;
+        let wrong = albedo.iter().filter(|albedo| **albedo != [1.0; 3]).count();
+        assert_eq!(wrong, 0, "{at:?}: of {} pixels", albedo.len());
+    }
 }

@@ -6,7 +6,7 @@ use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scen
 
 use crate::{
     settings::{Indirect, Samples, Tracer},
-    techniques::SampledLights,
+    techniques::{Bounces, HitLight, Sampled, SampledLights},
     testing::{
         light::{SIZE, closed_box, image_of, looking, matt, mean, off, sampled, settings, traced_of},
         quad, scene_of,
@@ -120,4 +120,16 @@ fn gpu_textures_of_diffuse_transmission_are_read(gpu: &Gpu) {
     let truth = traced_of(SIZE, &scene, &camera, 2, 64);
     let direct = settings(sampled(Tracer::BVH)).with_indirect(Indirect::NONE);
     agrees("textures", &image_of(gpu, SIZE, direct, &scene, &camera), &truth, [0.05, 0.15]);
+}
+
+/// Light goes through a closed shell, and from wall to wall inside, many times.
+#[gpu_test]
+fn gpu_light_in_a_shell_bounces_many_times(gpu: &Gpu) {
+    let white = Material { diffuse_transmission: 0.5, diffuse_transmission_color: Vec3::splat(0.9), ..leaf() };
+    let white = Material { base_color: Vec4::new(0.9, 0.9, 0.9, 1.0), specular: 0.0, ..white };
+    let (scene, camera) = (Scene { sky: Vec3::ONE, ..closed_box(white) }, looking([2.0, 2.5, 3.0], [0.0, 0.0, 0.0]));
+    let rays = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..sampled(Tracer::BVH) };
+    let [truth, of_one] = [32, 3].map(|depth| traced_of(SIZE, &scene, &camera, depth, 128));
+    agrees("shell", &image_of(gpu, SIZE, settings(rays), &scene, &camera), &truth, [0.02, 0.06]);
+    assert!(mean(&of_one) < 0.95 * mean(&truth), "{} {}", mean(&of_one), mean(&truth));
 }

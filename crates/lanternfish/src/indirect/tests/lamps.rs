@@ -42,7 +42,7 @@ fn gpu_entries_near_a_lamp_match_its_light(gpu: &Gpu) {
 
 /// Close lamps of other kinds, or without inverse-square falloff, lose and gain no energy. An entry has few samples at a spot's edge, so that the mean over
 /// many lamps is compared.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_entries_near_other_lamps_match_their_light(gpu: &Gpu) {
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.8 };

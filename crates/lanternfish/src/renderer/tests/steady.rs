@@ -95,7 +95,7 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
     bytes.try_into().unwrap()
 }
 
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_memory_does_not_grow_over_frames_of_all_kinds(gpu: &Gpu) {
     let [early, late] = bytes_after(gpu, bvh(Settings::direct_light()), 40, 160);
     assert!(early > 0 && early == late, "{early} {late}");

@@ -114,7 +114,7 @@ fn gpu_update_in_place_handles_any_change(gpu: &Gpu) {
     check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(few_rays()), &IN_PLACE, true);
 }
 
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_update_by_an_upload_handles_any_change(gpu: &Gpu) {
     check_changes(gpu, &Settings::direct_light().with_shadows(Shadows::BVH).with_indirect(few_rays()), &OTHERS, false);
 }

@@ -59,7 +59,7 @@ fn gpu_emission_is_counted_once_by_probes_and_pixels(gpu: &Gpu) {
 }
 
 /// Metals of every roughness reflect the light of a box: from the probes where they are rough, by rays from pixels where they are smooth.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_metals_have_the_energy_of_paths(gpu: &Gpu) {
     let camera = looking([0.0, 0.3, 0.9], [0.0, -0.9, -0.4]);
     for perceptual_roughness in [0.2, 0.6, 1.0] {

@@ -23,11 +23,12 @@ fn frames(gpu: &Gpu, scene: &Scene, history: History, first: Option<u64>) -> Vec
 #[gpu_test]
 fn gpu_images_of_probes_are_reproducible_whatever_the_capacity(gpu: &Gpu) {
     let scene = clutter(150, 0.06);
-    for history in [History::Off, History::On] {
+    let is_full = testing::is_full();
+    for history in if is_full { vec![History::Off, History::On] } else { vec![History::On] } {
         let expected = frames(gpu, &scene, history, Some(4096));
         assert!(expected[0].iter().any(|pixel| pixel[1] > 0.0), "nothing is lit");
         assert_eq!(expected[0] != expected[1], history == History::On, "{history:?}: later frames");
-        for first in [Some(4096), Some(0), Some(1)] {
+        for first in if is_full { vec![Some(4096), Some(0), Some(1)] } else { vec![Some(0)] } {
             let actual = frames(gpu, &scene, history, first);
             for (i, (actual, expected)) in actual.iter().zip(&expected).enumerate() {
                 let apart = actual.iter().zip(expected).filter(|(a, b)| a != b).count();
