@@ -10,6 +10,10 @@ use crate::{
 /// The heading above the table.
 const HEADING: &str = "## Budgets";
 
+/// Rows that may only fall, since this commit (the tag `before-cuts`).
+const ONLY_FALL: [&str; 2] = [".", "*.md"];
+const SINCE: &str = "7733d1a64a055a95612068d63dccd2f63e535e91";
+
 /// A folder, its lines of Rust, WESL and Python, or words of Markdown, and the most that it may have.
 #[derive(Debug, PartialEq)]
 struct Row {
@@ -29,6 +33,10 @@ pub fn check() -> Result<(), String> {
     };
     let counts = counts(workspace(), files.split('\0'));
     let rows = rows(&page, &counts)?;
+    match pages_since(SINCE) {
+        Some(pages) => refuse_raised(&rows, &pages)?,
+        None => eprintln!("LEFT OUT: budgets that only fall: git has no history since {SINCE} here"),
+    }
     let unlisted = unlisted(&rows, &counts);
     if !unlisted.is_empty() {
         return Err(format!("CONVENTIONS.md has no budget for {}", unlisted.join(", ")));
@@ -77,6 +85,30 @@ fn rows(page: &str, counts: &BTreeMap<String, usize>) -> Result<Vec<Row>, String
         Ok(Row { folder, count, budget })
     };
     cells.map(row).collect()
+}
+
+/// `CONVENTIONS.md` as each commit after this one left it; none if git does not know the commit.
+fn pages_since(commit: &str) -> Option<Vec<String>> {
+    let git = |words: &[&str]| run_for_output(std::process::Command::new("git").args(words).current_dir(workspace()));
+    git(&["merge-base", "--is-ancestor", commit, "HEAD"]).ok()?;
+    let commits = git(&["log", "--format=%H", &format!("{commit}..HEAD"), "--", "CONVENTIONS.md"]).ok()?;
+    commits.lines().map(|commit| git(&["show", &format!("{commit}:CONVENTIONS.md")]).ok()).collect()
+}
+
+/// An error if a row that may only fall is above the least that an earlier page said.
+fn refuse_raised(now: &[Row], pages: &[String]) -> Result<(), String> {
+    for row in now.iter().filter(|row| ONLY_FALL.contains(&&*row.folder)) {
+        let before = pages.iter().filter_map(|page| rows(page, &BTreeMap::new()).ok()).flatten();
+        let least = before.filter(|before| before.folder == row.folder).map(|before| before.budget).min();
+        if least.is_some_and(|least| row.budget > least) {
+            let (folder, budget) = (&row.folder, row.budget);
+            return Err(format!(
+                "the budget of {folder} was {} and may only fall: {budget}",
+                least.unwrap_or_default()
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The rows that exceed their budget.
@@ -128,6 +160,24 @@ mod tests {
         assert!(
             rows("no table", &counts).is_err() && rows("## Budgets\n| a | b |\n|-|-|\n| a | many |", &counts).is_err()
         );
+    }
+
+    #[test]
+    fn two_budgets_may_only_fall() {
+        let page = |budgets: [usize; 3]| {
+            let rows =
+                [".", "*.md", "crates"].iter().zip(budgets).map(|(folder, most)| format!("| `{folder}` | {most} |\n"));
+            format!("## Budgets\n\n| folder | most |\n|---|---:|\n{}", rows.collect::<String>())
+        };
+        let check = |now: [usize; 3], before: &[[usize; 3]]| {
+            let pages: Vec<_> = before.iter().map(|budgets| page(*budgets)).chain(["no table".to_owned()]).collect();
+            refuse_raised(&rows(&page(now), &BTreeMap::new()).unwrap(), &pages)
+        };
+        let before = [[90, 50, 9], [100, 60, 8]];
+        assert_eq!((check([90, 50, 99], &before), check([89, 1, 1], &before)), (Ok(()), Ok(())));
+        assert_eq!(check([91, 50, 9], &before).unwrap_err(), "the budget of . was 90 and may only fall: 91");
+        assert_eq!(check([90, 51, 9], &before).unwrap_err(), "the budget of *.md was 50 and may only fall: 51");
+        assert_eq!(check([1000, 1000, 9], &[]), Ok(()));
     }
 
     #[test]

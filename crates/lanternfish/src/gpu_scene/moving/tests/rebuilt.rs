@@ -77,7 +77,7 @@ fn check(gpu: &Gpu, uploaded: &GpuScene, now: &Scene) {
 
 /// Moves by the device, and moves by either after a tree from the background has replaced the first one. An instance scaled to zero is
 /// invisible from the upload on; a move makes it visible, and another mirrors it.
-#[gpu_test]
+#[gpu_test(full)]
 fn gpu_moves_and_a_rebuild_render_like_a_fresh_upload(gpu: &Gpu) {
     let before = scene();
     let [mut hidden, mut mirrored] = [(); 2].map(|()| elsewhere(&before, 5));
