@@ -45,7 +45,6 @@ mod source_tree;
 #[cfg(feature = "window")]
 mod stereo;
 #[cfg(feature = "window")]
-mod sun;
 #[cfg(feature = "window")]
 mod surface;
 #[cfg(feature = "window")]

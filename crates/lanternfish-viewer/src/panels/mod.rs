@@ -10,7 +10,6 @@ mod pixel;
 mod rendering;
 mod sides;
 mod stereo;
-mod sun;
 #[cfg(test)]
 mod tests;
 mod written;
