@@ -25,10 +25,9 @@ use crate::{
 use listing::{FORMAT, Listing};
 
 /// The crates whose public items are promised.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 9] = [
     "lanternfish",
     "lanternfish-build",
-    "lanternfish-bvh",
     "lanternfish-cli",
     "lanternfish-gpu",
     "lanternfish-limits",

@@ -14,9 +14,8 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "dist";
 
 /// Library crates that a browser can run.
-const CRATES: [&str; 8] = [
+const CRATES: [&str; 7] = [
     "lanternfish",
-    "lanternfish-bvh",
     "lanternfish-gpu",
     "lanternfish-limits",
     "lanternfish-metrics",

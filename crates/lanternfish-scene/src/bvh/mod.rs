@@ -69,7 +69,7 @@ pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
 }
 
 /// Number of levels of a tree; stops counting one above [`MAX_DEPTH`].
-pub fn depth(nodes: &[CwBvhNode]) -> usize {
+fn depth(nodes: &[CwBvhNode]) -> usize {
     let mut depth = 0;
     let mut level: Vec<u32> = if nodes.is_empty() { vec![] } else { vec![0] };
     while !level.is_empty() && depth <= MAX_DEPTH {

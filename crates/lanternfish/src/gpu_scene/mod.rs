@@ -31,8 +31,6 @@ pub(crate) use shaders::DECLARED;
 #[cfg(test)]
 pub(crate) use shaders::TracedLevels;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
-#[cfg(test)]
-pub(crate) use tracing::builder::IS_FORCED;
 pub(crate) use update::previous::GeometryAt;
 pub use upload::{
     cost::MemoryPlan,

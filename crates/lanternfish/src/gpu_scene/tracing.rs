@@ -19,7 +19,6 @@ use super::{
     upload::{materials::mask_cutoff, mips},
 };
 
-pub mod builder;
 pub mod bvh;
 pub mod emissive;
 mod footprint;

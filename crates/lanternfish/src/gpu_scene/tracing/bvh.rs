@@ -1,14 +1,13 @@
-//! The compressed wide BVH: built by `builder.rs`, traversed by `rays/bvh/walk.wesl`.
+//! The compressed wide BVH: built by `lanternfish_scene::bvh`, traversed by `rays/bvh/walk.wesl`.
 
 use lanternfish_gpu::storage_buffer_of;
+use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing,
-    builder::Builder,
-    levels,
+    TracedTriangle, Tracing, levels,
     refit::{box_of, cost, refit},
     upper::place_levels,
 };
@@ -31,15 +30,15 @@ pub struct Bvh {
 }
 
 /// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
-pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
+pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if !tracing.levels.is_empty() {
-        return levels::build(builder, tracing);
+        return levels::build(tracing);
     }
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
     let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(|triangle| tracing.bounds(triangle)).collect();
-    let bvh = builder.build(&boxes);
+    let bvh = bvh::build(&boxes, Effort::High);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes
 }
@@ -124,8 +123,6 @@ pub(super) fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) 
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_scene::bvh;
-
     use super::*;
 
     #[test]

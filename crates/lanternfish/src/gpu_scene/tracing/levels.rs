@@ -14,7 +14,7 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing, builder::Builder, upper::UpperNodes};
+use super::{Source, TracedTriangle, Tracing, upper::UpperNodes};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.
@@ -171,7 +171,7 @@ impl Below {
 }
 
 /// Builds all trees, the upper one first, and reorders the triangles to their leaf order. Adds a triangle for each instance's box.
-pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
+pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     let mut of_mesh: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     let mut upper = Vec::new();
     for (index, triangle) in (0..).zip(&tracing.triangles) {
@@ -190,7 +190,7 @@ pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
         upper.push(tracing.triangles.len() as u32);
         tracing.triangles.push(TracedTriangle { corners: level.corners(), source });
     }
-    let (placed, mut nodes, mut order) = UpperNodes::build(builder, tracing, &upper);
+    let (placed, mut nodes, mut order) = UpperNodes::build(tracing, &upper);
     let upper_count = order.len();
     let mut roots = BTreeMap::new();
     let mut first_id = upper_count as u64;

@@ -167,7 +167,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::{
-        super::{Source, Tracing, builder::Builder, bvh},
+        super::{Source, Tracing, bvh},
         *,
     };
     use crate::testing::Random;
@@ -189,7 +189,7 @@ mod tests {
     /// A tree and its triangles in leaf order.
     fn built(triangles: Vec<TracedTriangle>) -> (Vec<CwBvhNode>, Vec<TracedTriangle>) {
         let mut tracing = Tracing { triangles, ..Tracing::default() };
-        let nodes = bvh::build(&Builder::HOST, &mut tracing);
+        let nodes = bvh::build(&mut tracing);
         (nodes, tracing.triangles)
     }
 

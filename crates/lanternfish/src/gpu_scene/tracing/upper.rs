@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 use super::{
     TracedTriangle, Tracing,
-    builder::Builder,
     bvh::{Bvh, packed},
     levels::{BOX, Level, Place, place_of},
     refit::{box_of, refit_nodes},
@@ -37,12 +36,12 @@ pub struct UpperNodes {
 
 impl UpperNodes {
     /// Builds the tree over these elements, and gives their order.
-    pub fn build(builder: &Builder<'_>, tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
+    pub fn build(tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
         let is_instance = |index: &&u32| tracing.triangles[**index as usize].source.part == BOX;
         let (instances, flat): (Vec<u32>, Vec<u32>) = upper.iter().partition(is_instance);
         let [of_instances, of_flat] = [&instances, &flat].map(|indices| {
             let bounds = |index: &u32| tracing.bounds(&tracing.triangles[*index as usize]);
-            builder.build(&indices.par_iter().map(bounds).collect::<Vec<_>>())
+            bvh::build(&indices.par_iter().map(bounds).collect::<Vec<_>>(), Effort::High)
         });
         let ordered = |order: &[u32], of: &[u32]| order.iter().map(|index| of[*index as usize]).collect::<Vec<_>>();
         let mut order = ordered(&of_flat.primitive_indices, &flat);

@@ -4,14 +4,13 @@ mod counts;
 mod moves;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec4};
-use lanternfish_gpu::{Gpu, Made, read_back, testing};
+use lanternfish_gpu::{Gpu, Made, testing};
 use lanternfish_scene::{
     AlphaMode, Camera, Image, Instance, Light, Material, Mesh, Sampler, Scene, Texture, TextureRef,
 };
 
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    gpu_scene::IS_FORCED,
     rays::{TracedRay, tests::distances},
     settings::{History, Shadows, Tracer},
     techniques::{Bounces, Sampled, SampledLights},
@@ -113,28 +112,6 @@ fn gpu_rays_hit_the_same_in_two_levels(gpu: &Gpu) {
     less.instances.remove(10);
     let uploaded = renderer(gpu, Tracer::TWO_LEVEL).upload(&less).unwrap();
     assert!(differing(&flat, &distances(gpu, &uploaded, Tracer::TWO_LEVEL, &rays))[0] > wrong + 10);
-}
-
-/// In one level and in two, through trees that the device has built.
-#[gpu_test]
-fn gpu_rays_hit_the_same_through_trees_of_the_device(gpu: &Gpu) {
-    let (scene, rays) = (copies(300), rays(20_000));
-    for tracer in [Tracer::BVH, Tracer::TWO_LEVEL] {
-        let [host, device] = [false, true].map(|is_forced| {
-            IS_FORCED.set(is_forced);
-            let uploaded = renderer(gpu, tracer).upload(&scene).unwrap();
-            (distances(gpu, &uploaded, tracer, &rays), read_nodes(gpu, &uploaded))
-        });
-        let [wrong, hits] = differing(&host.0, &device.0);
-        assert!(wrong <= hits / 2000 && hits > 5000, "{tracer}: {wrong} of {hits}");
-        assert!(host.1 != device.1, "{tracer}: the host has built both");
-    }
-}
-
-/// Words of the nodes.
-fn read_nodes(gpu: &Gpu, uploaded: &GpuScene) -> Vec<u32> {
-    let nodes = uploaded.bvh_nodes().unwrap();
-    read_back(&gpu.device, &gpu.queue, nodes, nodes.size() as usize / 4).unwrap()
 }
 
 /// Copies with an emissive leaf, under a sky.
