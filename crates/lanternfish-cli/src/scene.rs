@@ -28,6 +28,12 @@ impl SceneName {
         Path::new(&self.0)
     }
 
+    /// The path, if it names an image.
+    pub fn image(&self) -> Option<&Path> {
+        let is_image = |path: &&Path| has_ending(path, "png") || has_ending(path, "exr");
+        Some(self.path()).filter(|path| self.demo().is_none() && is_image(path))
+    }
+
     /// The name for files that others get: without the folders of a path.
     pub fn public_name(&self) -> String {
         match (self.demo(), self.path().file_name()) {

@@ -5,8 +5,8 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows. Without the feature `window`,
-//! which is on by default, the crate has recordings of cameras alone, and [`run`] and [`compare`] return an error.
+//! Without the feature `window`, which is on by default, the crate has recordings of cameras alone, and [`run`] returns an
+//! error.
 
 #[cfg(test)]
 #[macro_use]
@@ -26,8 +26,6 @@ mod controls;
 mod difference;
 mod error;
 #[cfg(feature = "window")]
-mod events;
-#[cfg(feature = "window")]
 mod overlay;
 #[cfg(feature = "window")]
 mod panels;
@@ -35,7 +33,6 @@ mod panels;
 mod player;
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "windows use the rest"))]
 mod record;
-mod renderings;
 #[cfg(feature = "window")]
 mod repaint_limiter;
 #[cfg(feature = "window")]
@@ -44,7 +41,6 @@ mod slice_scheduler;
 mod source_tree;
 #[cfg(feature = "window")]
 mod stereo;
-#[cfg(feature = "window")]
 #[cfg(feature = "window")]
 mod surface;
 #[cfg(feature = "window")]
@@ -69,7 +65,6 @@ pub use controls::Controls;
 pub use controls::Way;
 pub use error::ViewerError;
 pub use record::{Move, RecordKeeper, Recording};
-pub use renderings::{ImageOfFile, ImageReader, RenderedImages};
 
 /// Opens a file. The error is a message for the user.
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
@@ -186,19 +181,8 @@ pub fn run(start: Start) -> Result<(), ViewerError> {
     #[cfg(feature = "window")]
     return window::run(start);
     #[cfg(not(feature = "window"))]
-    no_window(start)
-}
-
-/// Opens a window that compares image files, and returns when it is closed. At least one image is required.
-pub fn compare(renderings: RenderedImages) -> Result<(), ViewerError> {
-    #[cfg(feature = "window")]
-    return renderings::run(renderings);
-    #[cfg(not(feature = "window"))]
-    no_window(renderings)
-}
-
-/// The error of a program that was built without the feature `window`.
-#[cfg(not(feature = "window"))]
-fn no_window<T>(_: T) -> Result<(), ViewerError> {
-    Err(ViewerError::Display("the program was built without windows".to_owned()))
+    {
+        drop(start);
+        Err(ViewerError::Display("the program was built without windows".to_owned()))
+    }
 }

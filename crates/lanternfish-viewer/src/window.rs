@@ -1,5 +1,6 @@
 //! The viewer window: its state, and the order of work in a frame.
 
+mod events;
 mod frame;
 mod renderings;
 mod slices;
@@ -25,7 +26,6 @@ use crate::{
     clusters,
     comparison::Comparison,
     controls::Controls,
-    events::{self, Program},
     overlay::Overlays,
     panels::{Listing, Memory, State},
     player,
@@ -39,6 +39,8 @@ use crate::{
     window_state::WindowState,
     wipe::Wipe,
 };
+
+pub use events::run;
 
 /// Longest time of a frame while the view moves, ms. Above, its resolution is reduced.
 const BUDGET: f64 = 60.0;
@@ -88,14 +90,8 @@ struct Viewer {
     state_file: Option<PathBuf>,
 }
 
-/// Opens the window, and returns when it is closed.
-pub fn run(start: Start) -> Result<(), ViewerError> {
-    events::run::<Viewer>(start)
-}
-
-impl Program for Viewer {
-    type Start = Start;
-
+impl Viewer {
+    /// Opens the window.
     fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
         let window_state = start.kept.as_deref().map(WindowState::read).unwrap_or_default();
         let [width, height] = window_state.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
@@ -184,18 +180,7 @@ impl Program for Viewer {
         })
     }
 
-    fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
-        (&mut self.surface, &self.viewport.interface().device)
-    }
-
-    fn dropped(&mut self, path: &Path) {
-        self.open_file(path);
-    }
-
-    fn frame(&mut self) -> bool {
-        self.show().close
-    }
-
+    /// Polls the device and threads without blocking. Returns whether to repaint the window.
     fn has_news(&mut self) -> bool {
         let is_news = self.read_shaders() | self.poll();
         let is_next = match self.moves() && self.is_busy() {
@@ -206,6 +191,7 @@ impl Program for Viewer {
         self.proceed(is_news || is_next)
     }
 
+    /// Continues work when the window is not painted.
     fn go_on(&mut self) {
         if self.only_accumulates() {
             self.toggle_birds_eye();
@@ -213,20 +199,20 @@ impl Program for Viewer {
         }
     }
 
+    /// Time until the next [`Self::has_news`]; `None` waits for an event.
     fn look_again(&self) -> Option<Duration> {
         let works = self.has_more() || self.is_busy() || self.comparison.is_working();
         if works { Some(self.period()) } else { self.shaders.as_ref().map(|_| source_tree::PERIOD) }
     }
 
+    /// Closes the window.
     fn close(mut self) -> Result<(), ViewerError> {
         self.write_window_state();
         let recorder = self.recorder.take();
         drop(self);
         recorder.map_or(Ok(()), Recorder::end).map_err(ViewerError::Record)
     }
-}
 
-impl Viewer {
     /// True if another frame would change the images. While a frame is in flight, true only if something moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
@@ -326,6 +312,7 @@ impl Viewer {
         true
     }
 
+    /// Opens a file that was dropped on the window.
     fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
         let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, exposure, moment, rain }| {

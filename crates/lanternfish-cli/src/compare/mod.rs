@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 
-pub use self::input::failed;
 use self::{input::Inputs, measure::Measures};
 use crate::{
     ending::has_ending,

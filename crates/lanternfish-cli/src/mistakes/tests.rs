@@ -126,6 +126,7 @@ fn flags_and_forms_of_other_programs() {
         ("render demo:cornell out.png", "-o FILE names the image"),
         ("--size 64x64 render demo:cornell", "flags go after the command"),
         ("box.glb", "`lanternfish view box.glb` opens a window"),
+        ("box.png", "`lanternfish info box.png` prints how it was made"),
         ("demo:cornell", "`lanternfish render demo:cornell` writes an image"),
         // Neither a flag of ours nor of others.
         ("render demo:cornell --xyzzy", "--xyzzy"),
@@ -243,6 +244,7 @@ fn outputs() {
         ("render demo:cornell --background transparent -o %a.jpg", "a.jpg"),
         ("render demo:cornell --timings -o -", "one image alone goes to standard output"),
         ("render demo:cornell --orbit 4 -o -", "one image alone goes to standard output"),
+        ("render demo:cornell --open -o -", "one image alone goes to standard output"),
         ("render demo:cornell -o %turn.gif", ".gif is for --orbit and --frames"),
         ("render demo:cornell -o %turn.gif --orbit 3 --skip-existing", "a file for each frame"),
         ("render demo:cornell -o %turn.gif --orbit 3 --background transparent", "no alpha"),
@@ -351,14 +353,13 @@ fn deep_images() {
 }
 
 #[test]
-#[cfg(feature = "window")]
 fn windows_of_images_and_scenes() {
     Place::with(&[("a.png", "no image")]).refuses(&[
-        ("view demo:cornell %a.png", "a.png | one scene | hint"),
-        ("view %a.png %b.png --shadows bvh", "--shadows | hint"),
-        ("view %a.png --record %r.toml", "--record | hint"),
-        ("view %a.png", "a.png | hint"),
-        ("view %b.exr %a.glb", "b.exr | No such file"),
+        ("view demo:cornell %a.png", "a.png | tip: `lanternfish compare A B --map difference.png`"),
+        ("view %a.exr %b.exr --exposure 1", "b.exr | tip: `lanternfish compare A B --map difference.png`"),
+        ("view %a.png", "a.png: the window shows a scene | hint: `lanternfish compare A B | system's viewer"),
+        ("view demo:cornell %b.glb", "b.glb | tip: the window shows one scene"),
+        ("view demo:cornell --eye 1 2 3", "tip: numbers of one flag are joined by commas"),
     ]);
 }
 

@@ -4,7 +4,6 @@
 mod dropped;
 mod panels;
 mod rain;
-mod renderings;
 mod rest;
 mod stereo;
 
@@ -196,15 +195,9 @@ fn open_alone(display: &Display, folder: &Path, words: &str) -> (Running, Vec<[u
 
 /// Opens a window of the Cornell box in the corner of the display, and focuses it. Its output goes to the folder's `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
-    let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
-    start(display, folder, &words)
-}
-
-/// Runs a command that opens a window in the corner of the display, and focuses it. Its output goes to the folder's `log`.
-fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let log = fs::File::create(folder.join("log")).unwrap();
     let mut view = lanternfish(folder);
-    view.args(words.split(' '));
+    view.args(format!("view demo:cornell --adapter cpu --indirect none {words}").split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
     view.env("XDG_CONFIG_HOME", folder.join("config")).env("RUST_LOG", "warn,lanternfish_viewer=debug");
     let mut view = Running(view.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap());

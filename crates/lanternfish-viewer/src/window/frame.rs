@@ -29,7 +29,7 @@ impl Viewer {
         };
         let shown = [Some(self.viewport.rendering()), right, self.comparison.map()];
         for (registered, texture) in self.renderings.iter_mut().zip(shown) {
-            self.surface.register(&self.viewport.interface().device, registered, texture, wgpu::FilterMode::Linear);
+            self.surface.register(&self.viewport.interface().device, registered, texture);
         }
         let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -84,7 +84,7 @@ impl Viewer {
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
         let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } =
             self;
-        let [a, b, map] = renderings.each_ref().map(|registered| registered.as_ref().map(|(id, ..)| *id));
+        let [a, b, map] = renderings.each_ref().map(|registered| registered.as_ref().map(|(id, _)| *id));
         let facts = Facts {
             name,
             scene: &viewport.scene,

@@ -21,7 +21,8 @@ use crate::{
     texture::frame_target,
 };
 
-pub use cpu_reference::metered_exposure;
+#[cfg(test)]
+use cpu_reference::metered_exposure;
 
 gpu_struct! {
     /// Parameters of the display image.
