@@ -92,8 +92,8 @@ impl ValueParserFactory for SceneName {
 /// True if scenes may only be read from their own folders, as set on the command line.
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
-/// Sets, once and before anything is read, whether this process reads scenes from their folders only, and its memory limit,
-/// bytes.
+/// Sets, once and before anything is read, whether this process reads scenes from their folders only, and its memory
+/// limit, bytes.
 pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     CONFINES.store(confine, Relaxed);
     if let Some(bytes) = memory_limit {

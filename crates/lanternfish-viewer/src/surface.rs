@@ -209,7 +209,8 @@ impl Surface {
     }
 }
 
-/// Configuration of the surface with a format that is not sRGB, since egui encodes its output. `None` if the adapter cannot present to it.
+/// Configuration of the surface with a format that is not sRGB, since egui encodes its output. `None` if the adapter
+/// cannot present to it.
 fn surface_settings(
     surface: &wgpu::Surface<'_>,
     adapter: &wgpu::Adapter,

@@ -122,7 +122,8 @@ impl Viewer {
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, rain.is_some(), moment);
-        // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside them.
+        // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside
+        // them.
         let (gpu, interface) = match gpu.description.kind {
             wgpu::DeviceType::Cpu => {
                 (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu)))
@@ -223,7 +224,8 @@ impl Viewer {
         self.moves() || !(self.is_busy() || is_complete)
     }
 
-    /// True if the next frame only continues the accumulation, and the window was painted recently. Such a frame is drawn without a paint.
+    /// True if the next frame only continues the accumulation, and the window was painted recently. Such a frame is
+    /// drawn without a paint.
     fn only_accumulates(&self) -> bool {
         let (at, mean) = self.painted;
         let is_painted = mean.is_some() && mean == self.viewport.mean() && self.viewport.size() == self.viewport_size;
@@ -254,8 +256,8 @@ impl Viewer {
         self.state.clip.as_ref().is_some_and(|clip| clip.is_playing) || self.moved.is_some()
     }
 
-    /// Polls the frames in flight and the threads. Returns whether to repaint the window: B has changed, or a frame of A is done and no
-    /// other follows immediately.
+    /// Polls the frames in flight and the threads. Returns whether to repaint the window: B has changed, or a frame of
+    /// A is done and no other follows immediately.
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();
         let news = self.comparison.poll(&self.viewport);

@@ -24,8 +24,8 @@ pub struct OnlyWindowArgs {
     /// Records the camera step by step, for `render` and `replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
-    /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader that does
-    /// not compile only changes the status line below the image.
+    /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader
+    /// that does not compile only changes the status line below the image.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
 }

@@ -44,8 +44,8 @@ fn gpu_a_png_a_table_and_a_report() {
     assert!(report["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
 }
 
-/// An EXR file is linear and the same every time; exposure and tone map affect display images only. A PNG image goes to a file or to
-/// standard output.
+/// An EXR file is linear and the same every time; exposure and tone map affect display images only. A PNG image goes to
+/// a file or to standard output.
 #[test]
 fn gpu_every_format_holds_the_image() {
     let folder = Folder::new();
@@ -116,7 +116,8 @@ fn gpu_a_track_and_two_eyes_have_one_exposure() {
     let last = folder.read("a.0002.png");
     folder.render(&format!("track.toml --exposure {ev}"));
     assert!(folder.read("a.0002.png") == last);
-    // Negative control: the second image alone is metered differently. Two eyes are metered together, and their frames are counted once.
+    // Negative control: the second image alone is metered differently. Two eyes are metered together, and their frames
+    // are counted once.
     let alone = folder.render("track.toml --time 1 --stereo parallel:1 --accumulate 3 --report b.json").stderr;
     assert!(!alone.contains(&format!("--exposure {ev} ")) && alone.matches("shown at").count() == 1, "{alone}");
     let report = folder.json("b.json");

@@ -115,8 +115,8 @@ fn kind(light: &Light) -> &'static str {
     }
 }
 
-/// A point light in front of a surface at `p`, a tenth of the viewing `distance` away, 1 mm to 1 m. A white diffuse sheet at that distance
-/// from the light has a luminance of about 1 nit.
+/// A point light in front of a surface at `p`, a tenth of the viewing `distance` away, 1 mm to 1 m. A white diffuse
+/// sheet at that distance from the light has a luminance of about 1 nit.
 fn light_in_front(p: Vec3, normal: Vec3, distance: f32) -> Light {
     let away = (0.1 * distance).clamp(1e-3, 1.0);
     Light::point(p + away * normal, Vec3::splat(std::f32::consts::PI * away * away))

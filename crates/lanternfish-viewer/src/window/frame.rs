@@ -54,9 +54,9 @@ impl Viewer {
         if let Some(form) = requested.write {
             self.write(form);
         }
-        // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted first, since
-        // a driver may delay the paint until the submitted frame is complete.
-        // Recording of the first frame compiles shaders.
+        // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted
+        // first, since a driver may delay the paint until the submitted frame is complete. Recording of the first frame
+        // compiles shaders.
         let paints_first = was_idle && !self.moves() || self.viewport.drawn() == 0;
         if !paints_first && !self.is_busy() {
             self.toggle_birds_eye();

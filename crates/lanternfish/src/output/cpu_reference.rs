@@ -32,8 +32,8 @@ impl Exposure {
     }
 }
 
-/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are displayed together, from linear radiance, nits, and the
-/// coverage of surfaces (0 to 1). The order of the pixels does not matter.
+/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are displayed together, from linear
+/// radiance, nits, and the coverage of surfaces (0 to 1). The order of the pixels does not matter.
 ///
 /// A multiple of 1/8 between −34 and 30; 0 if every pixel is black.
 pub(super) fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {

@@ -29,7 +29,8 @@ pub struct Bvh {
     cost_when_built: f64,
 }
 
-/// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
+/// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without
+/// children.
 pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if !tracing.levels.is_empty() {
         return levels::build(tracing);
@@ -62,8 +63,9 @@ impl Bvh {
         })
     }
 
-    /// Replaces this tree by another; the caller reorders the triangles to its leaf order. A tree that fits is written to the same buffer,
-    /// so that recorded frames that are not yet submitted see it, as they see the triangles. `cost`: the new tree's traversal cost.
+    /// Replaces this tree by another; the caller reorders the triangles to its leaf order. A tree that fits is written
+    /// to the same buffer, so that recorded frames that are not yet submitted see it, as they see the triangles.
+    /// `cost`: the new tree's traversal cost.
     pub fn replace(
         &mut self,
         device: &wgpu::Device,

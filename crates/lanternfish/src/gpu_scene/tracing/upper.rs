@@ -1,5 +1,5 @@
-//! The upper tree of two levels: below its root are a tree over instances, which is built again as they move apart, and one over the triangles
-//! that are in world space, whose elements keep their places.
+//! The upper tree of two levels: below its root are a tree over instances, which is built again as they move apart, and
+//! one over the triangles that are in world space, whose elements keep their places.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -170,8 +170,8 @@ impl Upper {
         refit_nodes(nodes, of_instances, |index| box_of(&self.triangles[index].corners), &mut self.boxes)
     }
 
-    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly and
-    /// `may_rebuild`. Returns the number of bytes.
+    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become
+    /// costly and `may_rebuild`. Returns the number of bytes.
     pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, may_rebuild: bool) -> u64 {
         let instances = self.nodes.instances.clone();
         for triangle in &mut self.triangles[instances.clone()] {
@@ -198,8 +198,8 @@ impl Upper {
         (bytes + size_of_val(&elements[..])) as u64
     }
 
-    /// Writes triangles in world space: all of them, in their order. The tree over them is refitted. `light_leaves`: index and leaf of each
-    /// emissive one. Follow it by [`Self::send`].
+    /// Writes triangles in world space: all of them, in their order. The tree over them is refitted. `light_leaves`:
+    /// index and leaf of each emissive one. Follow it by [`Self::send`].
     pub fn pose(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, flat: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         self.triangles[..flat.len()].copy_from_slice(flat);
         let nodes = &mut bvh.tree[..self.nodes.count];
@@ -227,8 +227,8 @@ impl Upper {
     }
 }
 
-/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `elements` are these triangles; the first
-/// has the index `first`.
+/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `elements` are these
+/// triangles; the first has the index `first`.
 pub(super) fn place_levels(
     elements: &mut Vec<BvhTriangle>,
     first: usize,

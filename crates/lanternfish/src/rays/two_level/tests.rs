@@ -17,8 +17,8 @@ use crate::{
     testing::{Random, looking, quad, scene_of},
 };
 
-/// A floor, a mesh of solid and masked leaves with `count` instances, of which some are mirrored, sheared, small, flat or have no size, and
-/// one instance of another mesh.
+/// A floor, a mesh of solid and masked leaves with `count` instances, of which some are mirrored, sheared, small, flat
+/// or have no size, and one instance of another mesh.
 fn copies(count: usize) -> Scene {
     let mut random = Random::new(7);
     let alpha = [0, 255, 255, 0].into_iter().flat_map(|alpha| [200, 120, 80, alpha]).collect();
