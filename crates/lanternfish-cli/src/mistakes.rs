@@ -55,7 +55,7 @@ const ELSEWHERE: [(&str, &str); 33] = [
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.
-pub(crate) const OF_IMAGES: &str =
+pub(crate) const IMAGE_TOOLS: &str =
     "`lanternfish compare A B --map difference.png` compares two images; the system's viewer shows one";
 const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
 const BACKGROUND: &str = "--background COLOR|transparent|environment is what is behind the scene";
@@ -83,7 +83,7 @@ pub(crate) fn explain(error: &mut Error) {
                 true if usage.contains(" farm ") => known.or(Some(IN_A_SHOT)),
                 false if usage.contains(" view ") && !argument.starts_with('-') => {
                     let is_image = SceneName::from(&argument).image().is_some();
-                    known.or(Some(if is_image { OF_IMAGES } else { "the window shows one scene" }))
+                    known.or(Some(if is_image { IMAGE_TOOLS } else { "the window shows one scene" }))
                 }
                 _ => known,
             };
@@ -122,7 +122,7 @@ pub(crate) fn explain(error: &mut Error) {
         ErrorKind::InvalidSubcommand => {
             let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };
             match SceneName::from(&file).image() {
-                Some(_) => vec![format!("`lanternfish info {file}` prints how it was made"), OF_IMAGES.to_owned()],
+                Some(_) => vec![format!("`lanternfish info {file}` prints how it was made"), IMAGE_TOOLS.to_owned()],
                 None => vec![
                     format!("`lanternfish view {file}` opens a window"),
                     format!("`lanternfish render {file}` writes an image"),

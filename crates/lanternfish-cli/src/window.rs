@@ -13,7 +13,7 @@ use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, 
 use crate::{
     args::view::OnlyWindowArgs,
     error::CliError,
-    mistakes::OF_IMAGES,
+    mistakes::IMAGE_TOOLS,
     opened::{Loaded, in_window},
     output::{self, check_writable},
     progress::Progress,
@@ -47,7 +47,7 @@ const STEP: f32 = 1.0 / 60.0;
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let args = &shot.args;
     if args.scene.image().is_some() {
-        return Err(CliError::new(format_args!("{}: the window shows a scene, not an image", args.scene), OF_IMAGES));
+        return Err(CliError::new(format_args!("{}: the window shows a scene, not an image", args.scene), IMAGE_TOOLS));
     }
     let mut progress = Progress::start(args.run.quiet);
     let (name, size) = (args.scene.to_string(), args.output.size);
