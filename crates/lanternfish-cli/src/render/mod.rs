@@ -226,10 +226,12 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
     let is_asked_for = args.output.open && args.run.progress.is_none();
     let Some(last) = planned.last().filter(|_| is_asked_for) else { return Ok(()) };
     let path = &last.output.path;
-    let opener: &[&str] = match () {
-        () if cfg!(windows) => &["cmd", "/c", "start", ""],
-        () if cfg!(target_os = "macos") => &["open"],
-        () => &["xdg-open"],
+    let opener: &[&str] = if cfg!(windows) {
+        &["cmd", "/c", "start", ""]
+    } else if cfg!(target_os = "macos") {
+        &["open"]
+    } else {
+        &["xdg-open"]
     };
     let mut command = Command::new(opener[0]);
     // A relative path may begin with a hyphen.
