@@ -4,7 +4,7 @@ mod counts;
 mod moves;
 
 use glam::{Affine3A, Mat3A, Vec3, Vec4};
-use lanternfish_gpu::{Gpu, Made, testing};
+use lanternfish_gpu::{Gpu, Made, read_back, testing};
 use lanternfish_scene::{
     AlphaMode, Camera, Image, Instance, Light, Material, Mesh, Sampler, Scene, Texture, TextureRef,
 };
@@ -112,6 +112,12 @@ fn gpu_rays_hit_the_same_in_two_levels(gpu: &Gpu) {
     less.instances.remove(10);
     let uploaded = renderer(gpu, Tracer::TWO_LEVEL).upload(&less).unwrap();
     assert!(differing(&flat, &distances(gpu, &uploaded, Tracer::TWO_LEVEL, &rays))[0] > wrong + 10);
+}
+
+/// Words of the nodes.
+fn read_nodes(gpu: &Gpu, uploaded: &GpuScene) -> Vec<u32> {
+    let nodes = uploaded.bvh_nodes().unwrap();
+    read_back(&gpu.device, &gpu.queue, nodes, nodes.size() as usize / 4).unwrap()
 }
 
 /// Copies with an emissive leaf, under a sky.
