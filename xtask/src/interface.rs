@@ -1,11 +1,13 @@
 //! `cargo xtask interface`: the public items of the product's crates, stored in `docs/interface.txt`.
 //!
-//! An item is a struct, union, enum, trait, function, constant, static, type alias or macro that a path from the crate's root reaches,
-//! or a method, constant or type of an inherent `impl` or of a trait. It counts once, under the shortest of its paths.
-//! Fields, variants, implementations of traits, modules, items of other crates and what is `#[doc(hidden)]` do not count.
+//! An item is a struct, union, enum, trait, function, constant, static, type alias or macro that a path from the
+//! crate's root reaches, or a method, constant or type of an inherent `impl` or of a trait. It counts once, under the
+//! shortest of its paths. Fields, variants, implementations of traits, modules, items of other crates and what is
+//! `#[doc(hidden)]` do not count.
 //!
-//! The source is rustdoc's JSON, whose format changes with the compiler: another format than [`listing::FORMAT`] is left out with a line.
-//! Warnings of rustdoc are errors, so this checks the documentation, too, that of hidden items included.
+//! The source is rustdoc's JSON, whose format changes with the compiler: another format than [`listing::FORMAT`] is
+//! left out with a line. Warnings of rustdoc are errors, so this checks the documentation, too, that of hidden items
+//! included.
 
 mod listing;
 #[cfg(test)]
@@ -25,10 +27,9 @@ use crate::{
 use listing::{FORMAT, Listing};
 
 /// The crates whose public items are promised.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 9] = [
     "lanternfish",
     "lanternfish-build",
-    "lanternfish-bvh",
     "lanternfish-cli",
     "lanternfish-gpu",
     "lanternfish-limits",
@@ -105,8 +106,8 @@ fn listings() -> Result<Result<Vec<Listing>, String>, String> {
     Ok(Ok(listings))
 }
 
-/// Runs rustdoc with its unstable options, if cargo started this program as rustdoc. Only rustdoc sees the variable that allows them: it would
-/// make cargo compile every dependency again whose build script reads it.
+/// Runs rustdoc with its unstable options, if cargo started this program as rustdoc. Only rustdoc sees the variable
+/// that allows them: it would make cargo compile every dependency again whose build script reads it.
 pub fn as_rustdoc() -> Option<ExitCode> {
     env::var_os(AS_RUSTDOC)?;
     let status = Command::new("rustdoc").args(env::args_os().skip(1)).env("RUSTC_BOOTSTRAP", "1").status();

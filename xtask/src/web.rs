@@ -14,9 +14,8 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const FOLDER: &str = "dist";
 
 /// Library crates that a browser can run.
-const CRATES: [&str; 8] = [
+const CRATES: [&str; 7] = [
     "lanternfish",
-    "lanternfish-bvh",
     "lanternfish-gpu",
     "lanternfish-limits",
     "lanternfish-metrics",
@@ -65,8 +64,8 @@ const COMPILE: [&str; 3] = [
 /// The package that drives a browser.
 const PLAYWRIGHT: &str = "playwright-core@1.65.1";
 
-/// Fetches what the selected tests need to drive a browser, and builds the page: only for `--full`, or for tests selected by name.
-/// Returns their environment, without what this machine cannot have; the tests say so.
+/// Fetches what the selected tests need to drive a browser, and builds the page: only for `--full`, or for tests
+/// selected by name. Returns their environment, without what this machine cannot have; the tests say so.
 pub fn for_tests(is_selected: impl Fn(&str) -> bool) -> Result<Vec<(&'static str, PathBuf)>, String> {
     let renders = is_selected(RENDERS);
     if !renders && !COMPILE.iter().any(|name| is_selected(name)) {

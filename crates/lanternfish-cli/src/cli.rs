@@ -53,10 +53,7 @@ pub enum Command {
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
-    #[command(
-        override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]\n       \
-        lanternfish view IMAGE [IMAGE...]"
-    )]
+    #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///

@@ -37,7 +37,7 @@ pub struct InfoArgs {
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
-    if let Some(image) = args.scene.as_ref().and_then(image_path) {
+    if let Some(image) = args.scene.as_ref().and_then(SceneName::image) {
         text += &describe_image(image)?;
     } else if let Some(source) = &args.scene {
         // Print warnings as `render` does.
@@ -51,12 +51,6 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
         text += &adapters()?;
     }
     output::print(&text)
-}
-
-/// The path, if it names an image.
-fn image_path(name: &SceneName) -> Option<&Path> {
-    let is_image = |path: &&Path| has_ending(path, "png") || has_ending(path, "exr");
-    Some(name.path()).filter(|path| name.demo().is_none() && is_image(path))
 }
 
 /// The texts that `render` and `reference` write into images.

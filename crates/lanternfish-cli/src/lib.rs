@@ -65,7 +65,6 @@ mod papers;
 mod recording;
 mod reference;
 mod render;
-mod renderings;
 mod sheet;
 mod signals;
 mod stage;

@@ -11,6 +11,8 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
+use crate::scene::SceneName;
+
 /// Flags of other renderers and viewers, and what does the same here.
 const ELSEWHERE: [(&str, &str); 33] = [
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
@@ -52,6 +54,9 @@ const ELSEWHERE: [(&str, &str); 33] = [
 ];
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
+/// What shows image files.
+pub(crate) const IMAGE_TOOLS: &str =
+    "`lanternfish compare A B --map difference.png` compares two images; the system's viewer shows one";
 const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
 const BACKGROUND: &str = "--background COLOR|transparent|environment is what is behind the scene";
 const EYE: &str = "--eye X,Y,Z is the camera's position, and --target X,Y,Z the point that it looks at";
@@ -76,6 +81,10 @@ pub(crate) fn explain(error: &mut Error) {
             let known = match argument.starts_with("--") {
                 true if usage.contains("COMMAND") => Some(AFTER_COMMAND),
                 true if usage.contains(" farm ") => known.or(Some(IN_A_SHOT)),
+                false if usage.contains(" view ") && !argument.starts_with('-') => {
+                    let is_image = SceneName::from(&argument).image().is_some();
+                    known.or(Some(if is_image { IMAGE_TOOLS } else { "the window shows one scene" }))
+                }
                 _ => known,
             };
             let known = known.map(str::to_owned);
@@ -112,10 +121,13 @@ pub(crate) fn explain(error: &mut Error) {
         }
         ErrorKind::InvalidSubcommand => {
             let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };
-            vec![
-                format!("`lanternfish view {file}` opens a window"),
-                format!("`lanternfish render {file}` writes an image"),
-            ]
+            match SceneName::from(&file).image() {
+                Some(_) => vec![format!("`lanternfish info {file}` prints how it was made"), IMAGE_TOOLS.to_owned()],
+                None => vec![
+                    format!("`lanternfish view {file}` opens a window"),
+                    format!("`lanternfish render {file}` writes an image"),
+                ],
+            }
         }
         _ => return,
     };

@@ -28,6 +28,12 @@ impl SceneName {
         Path::new(&self.0)
     }
 
+    /// The path, if it names an image.
+    pub fn image(&self) -> Option<&Path> {
+        let is_image = |path: &&Path| has_ending(path, "png") || has_ending(path, "exr");
+        Some(self.path()).filter(|path| self.demo().is_none() && is_image(path))
+    }
+
     /// The name for files that others get: without the folders of a path.
     pub fn public_name(&self) -> String {
         match (self.demo(), self.path().file_name()) {
@@ -86,8 +92,8 @@ impl ValueParserFactory for SceneName {
 /// True if scenes may only be read from their own folders, as set on the command line.
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
-/// Sets, once and before anything is read, whether this process reads scenes from their folders only, and its memory limit,
-/// bytes.
+/// Sets, once and before anything is read, whether this process reads scenes from their folders only, and its memory
+/// limit, bytes.
 pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     CONFINES.store(confine, Relaxed);
     if let Some(bytes) = memory_limit {

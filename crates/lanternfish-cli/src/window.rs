@@ -13,12 +13,12 @@ use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, 
 use crate::{
     args::view::OnlyWindowArgs,
     error::CliError,
+    mistakes::IMAGE_TOOLS,
     opened::{Loaded, in_window},
     output::{self, check_writable},
     progress::Progress,
     recording::Recorded,
     render::lit_scene,
-    renderings,
     scene::SceneName,
     shot::{self, Shot, shown},
     stereo,
@@ -31,11 +31,10 @@ Examples:
   lanternfish view shot.toml --shadows bvh
   lanternfish view scene.glb --record walk.toml
   lanternfish view scene.glb --stereo parallel
-  lanternfish view before.exr after.exr
 
 W A S D fly, dragging looks around, V shows the camera and its clusters from above, F1 lists all
 keys. A file that is dropped on the window is opened. `lanternfish render walk.toml --frames A-B`
-renders a recorded flight. Images (.exr, .png) are compared side by side.
+renders a recorded flight.
 
 The window's size and position are stored in lanternfish/window.toml in the folder of settings
 (XDG_CONFIG_HOME, or ~/.config).
@@ -46,14 +45,10 @@ const STEP: f32 = 1.0 / 60.0;
 
 /// Opens the window and returns when it is closed.
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
-    if renderings::is_image(&shot.args.scene) {
-        return renderings::run(&shot, window);
-    }
-    if let Some(more) = window.renderings.first() {
-        let what = format_args!("{}: the window shows one scene, and this is a second file", more.display());
-        return Err(CliError::new(what, "name one scene, or images alone: .exr and .png files"));
-    }
     let args = &shot.args;
+    if args.scene.image().is_some() {
+        return Err(CliError::new(format_args!("{}: the window shows a scene, not an image", args.scene), IMAGE_TOOLS));
+    }
     let mut progress = Progress::start(args.run.quiet);
     let (name, size) = (args.scene.to_string(), args.output.size);
     let eyes = args.stereo.stereo;
@@ -97,7 +92,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
 }
 
 /// Converts an error that keeps a window from opening.
-pub fn failed(error: ViewerError) -> CliError {
+fn failed(error: ViewerError) -> CliError {
     match error {
         ViewerError::Gpu(error) => error.into(),
         ViewerError::Render(error) => error.into(),

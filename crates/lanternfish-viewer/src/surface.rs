@@ -27,8 +27,8 @@ pub struct Surface {
     paint_count: u64,
 }
 
-/// A texture that is registered with egui: its id, view and filter.
-pub type Registered = Option<(TextureId, wgpu::TextureView, wgpu::FilterMode)>;
+/// A texture that is registered with egui: its id and view.
+pub type Registered = Option<(TextureId, wgpu::TextureView)>;
 
 /// Opens a window with egui, and a device that can present to it.
 pub fn open(
@@ -128,20 +128,20 @@ impl Surface {
         device: &wgpu::Device,
         registered: &mut Registered,
         texture: Option<&wgpu::TextureView>,
-        filter: wgpu::FilterMode,
     ) {
+        let filter = wgpu::FilterMode::Linear;
         match (&mut *registered, texture) {
-            (Some((_, before, by)), Some(texture)) if before == texture && *by == filter => {}
-            (Some((id, before, by)), Some(texture)) => {
+            (Some((_, before)), Some(texture)) if before == texture => {}
+            (Some((id, before)), Some(texture)) => {
                 self.painter.update_egui_texture_from_wgpu_texture(device, texture, filter, *id);
-                (*before, *by) = (texture.clone(), filter);
+                before.clone_from(texture);
             }
             (None, Some(texture)) => {
                 let id = self.painter.register_native_texture(device, texture, filter);
-                *registered = Some((id, texture.clone(), filter));
+                *registered = Some((id, texture.clone()));
             }
             (_, None) => {
-                if let Some((id, ..)) = registered.take() {
+                if let Some((id, _)) = registered.take() {
                     self.painter.free_texture(&id);
                 }
             }
@@ -209,7 +209,8 @@ impl Surface {
     }
 }
 
-/// Configuration of the surface with a format that is not sRGB, since egui encodes its output. `None` if the adapter cannot present to it.
+/// Configuration of the surface with a format that is not sRGB, since egui encodes its output. `None` if the adapter
+/// cannot present to it.
 fn surface_settings(
     surface: &wgpu::Surface<'_>,
     adapter: &wgpu::Adapter,

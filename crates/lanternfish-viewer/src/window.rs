@@ -1,5 +1,6 @@
 //! The viewer window: its state, and the order of work in a frame.
 
+mod events;
 mod frame;
 mod renderings;
 mod slices;
@@ -25,7 +26,6 @@ use crate::{
     clusters,
     comparison::Comparison,
     controls::Controls,
-    events::{self, Program},
     overlay::Overlays,
     panels::{Listing, Memory, State},
     player,
@@ -39,6 +39,8 @@ use crate::{
     window_state::WindowState,
     wipe::Wipe,
 };
+
+pub use events::run;
 
 /// Longest time of a frame while the view moves, ms. Above, its resolution is reduced.
 const BUDGET: f64 = 60.0;
@@ -88,14 +90,8 @@ struct Viewer {
     state_file: Option<PathBuf>,
 }
 
-/// Opens the window, and returns when it is closed.
-pub fn run(start: Start) -> Result<(), ViewerError> {
-    events::run::<Viewer>(start)
-}
-
-impl Program for Viewer {
-    type Start = Start;
-
+impl Viewer {
+    /// Opens the window.
     fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
         let window_state = start.kept.as_deref().map(WindowState::read).unwrap_or_default();
         let [width, height] = window_state.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
@@ -126,7 +122,8 @@ impl Program for Viewer {
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, rain.is_some(), moment);
-        // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside them.
+        // A software adapter has passes that take seconds. On a second device, the operating system runs paints beside
+        // them.
         let (gpu, interface) = match gpu.description.kind {
             wgpu::DeviceType::Cpu => {
                 (Gpu::open_listed(&gpu.description).map_err(RenderError::from)?, Some(Arc::new(gpu)))
@@ -184,18 +181,7 @@ impl Program for Viewer {
         })
     }
 
-    fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
-        (&mut self.surface, &self.viewport.interface().device)
-    }
-
-    fn dropped(&mut self, path: &Path) {
-        self.open_file(path);
-    }
-
-    fn frame(&mut self) -> bool {
-        self.show().close
-    }
-
+    /// Polls the device and threads without blocking. Returns whether to repaint the window.
     fn has_news(&mut self) -> bool {
         let is_news = self.read_shaders() | self.poll();
         let is_next = match self.moves() && self.is_busy() {
@@ -206,6 +192,7 @@ impl Program for Viewer {
         self.proceed(is_news || is_next)
     }
 
+    /// Continues work when the window is not painted.
     fn go_on(&mut self) {
         if self.only_accumulates() {
             self.toggle_birds_eye();
@@ -213,20 +200,20 @@ impl Program for Viewer {
         }
     }
 
+    /// Time until the next [`Self::has_news`]; `None` waits for an event.
     fn look_again(&self) -> Option<Duration> {
         let works = self.has_more() || self.is_busy() || self.comparison.is_working();
         if works { Some(self.period()) } else { self.shaders.as_ref().map(|_| source_tree::PERIOD) }
     }
 
+    /// Closes the window.
     fn close(mut self) -> Result<(), ViewerError> {
         self.write_window_state();
         let recorder = self.recorder.take();
         drop(self);
         recorder.map_or(Ok(()), Recorder::end).map_err(ViewerError::Record)
     }
-}
 
-impl Viewer {
     /// True if another frame would change the images. While a frame is in flight, true only if something moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
@@ -237,7 +224,8 @@ impl Viewer {
         self.moves() || !(self.is_busy() || is_complete)
     }
 
-    /// True if the next frame only continues the accumulation, and the window was painted recently. Such a frame is drawn without a paint.
+    /// True if the next frame only continues the accumulation, and the window was painted recently. Such a frame is
+    /// drawn without a paint.
     fn only_accumulates(&self) -> bool {
         let (at, mean) = self.painted;
         let is_painted = mean.is_some() && mean == self.viewport.mean() && self.viewport.size() == self.viewport_size;
@@ -268,8 +256,8 @@ impl Viewer {
         self.state.clip.as_ref().is_some_and(|clip| clip.is_playing) || self.moved.is_some()
     }
 
-    /// Polls the frames in flight and the threads. Returns whether to repaint the window: B has changed, or a frame of A is done and no
-    /// other follows immediately.
+    /// Polls the frames in flight and the threads. Returns whether to repaint the window: B has changed, or a frame of
+    /// A is done and no other follows immediately.
     fn poll(&mut self) -> bool {
         let of_first = self.viewport.poll();
         let news = self.comparison.poll(&self.viewport);
@@ -326,6 +314,7 @@ impl Viewer {
         true
     }
 
+    /// Opens a file that was dropped on the window.
     fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
         let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, exposure, moment, rain }| {

@@ -76,20 +76,16 @@ impl Wipe {
     }
 }
 
-/// Paints both sides into `viewport`. `image_rect` is the rectangle of the complete image, which may be larger or smaller. [`line`] draws and
-/// moves the line; call it after other interactions with the viewport.
-pub fn paint(ui: &Ui, viewport: Rect, image_rect: Rect, painted: Painted, textures: &Textures) {
+/// Paints both sides into `viewport`. [`line`] draws and moves the line; call it after other interactions with the
+/// viewport.
+pub fn paint(ui: &Ui, viewport: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
         let Some(texture) = texture.filter(|_| to > from) else { return };
         let x = |fraction: f32| egui::lerp(viewport.x_range(), fraction);
         let part = Rect::from_x_y_ranges(x(from)..=x(to), viewport.y_range());
         let uv = Rect::from_min_max(egui::Pos2::ZERO, pos2(1.0, 1.0));
-        ui.painter().with_clip_rect(part.intersect(ui.clip_rect())).image(
-            texture,
-            image_rect,
-            uv,
-            egui::Color32::WHITE,
-        );
+        let painter = ui.painter().with_clip_rect(part.intersect(ui.clip_rect()));
+        painter.image(texture, viewport, uv, egui::Color32::WHITE);
     };
     match painted {
         Painted::A => image(textures.a, 0.0, 1.0),

@@ -21,14 +21,11 @@ pub struct WindowArgs {
 /// Flags of `view` alone.
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
-    /// More images to compare, if the first file is an image (.exr, .png).
-    #[arg(value_name = "IMAGE", index = 2)]
-    pub renderings: Vec<PathBuf>,
     /// Records the camera step by step, for `render` and `replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
-    /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader that does
-    /// not compile only changes the status line below the image.
+    /// Renders with the shaders in this folder, the library's `src`, and reloads them when they are saved. A shader
+    /// that does not compile only changes the status line below the image.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
 }
@@ -36,7 +33,7 @@ pub struct OnlyWindowArgs {
 impl Args for WindowArgs {
     fn augment_args(command: clap::Command) -> clap::Command {
         let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
-        command.mut_arg("scene", |scene| scene.required(false).default_value(FIRST).index(1))
+        command.mut_arg("scene", |scene| scene.required(false).default_value(FIRST))
     }
 
     fn augment_args_for_update(command: clap::Command) -> clap::Command {

@@ -1,5 +1,5 @@
-//! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no file is left.
-//! `tests/command_line/mistakes.rs` has what needs a process.
+//! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no
+//! file is left. `tests/command_line/mistakes.rs` has what needs a process.
 
 use crate::testing::Place;
 
@@ -50,7 +50,8 @@ fn inputs_without_an_end() {
     ]);
 }
 
-/// Texts of a file cannot move the cursor of a terminal, set its title, fake lines or hints of the program, or fill the screen.
+/// Texts of a file cannot move the cursor of a terminal, set its title, fake lines or hints of the program, or fill the
+/// screen.
 #[test]
 fn texts_of_files_are_escaped_and_cut() {
     let gltf = |members: &str| format!(r#"{{"asset":{{"version":"2.0"}},{members}}}"#);
@@ -126,6 +127,7 @@ fn flags_and_forms_of_other_programs() {
         ("render demo:cornell out.png", "-o FILE names the image"),
         ("--size 64x64 render demo:cornell", "flags go after the command"),
         ("box.glb", "`lanternfish view box.glb` opens a window"),
+        ("box.png", "`lanternfish info box.png` prints how it was made"),
         ("demo:cornell", "`lanternfish render demo:cornell` writes an image"),
         // Neither a flag of ours nor of others.
         ("render demo:cornell --xyzzy", "--xyzzy"),
@@ -243,6 +245,7 @@ fn outputs() {
         ("render demo:cornell --background transparent -o %a.jpg", "a.jpg"),
         ("render demo:cornell --timings -o -", "one image alone goes to standard output"),
         ("render demo:cornell --orbit 4 -o -", "one image alone goes to standard output"),
+        ("render demo:cornell --open -o -", "one image alone goes to standard output"),
         ("render demo:cornell -o %turn.gif", ".gif is for --orbit and --frames"),
         ("render demo:cornell -o %turn.gif --orbit 3 --skip-existing", "a file for each frame"),
         ("render demo:cornell -o %turn.gif --orbit 3 --background transparent", "no alpha"),
@@ -351,14 +354,13 @@ fn deep_images() {
 }
 
 #[test]
-#[cfg(feature = "window")]
 fn windows_of_images_and_scenes() {
     Place::with(&[("a.png", "no image")]).refuses(&[
-        ("view demo:cornell %a.png", "a.png | one scene | hint"),
-        ("view %a.png %b.png --shadows bvh", "--shadows | hint"),
-        ("view %a.png --record %r.toml", "--record | hint"),
-        ("view %a.png", "a.png | hint"),
-        ("view %b.exr %a.glb", "b.exr | No such file"),
+        ("view demo:cornell %a.png", "a.png | tip: `lanternfish compare A B --map difference.png`"),
+        ("view %a.exr %b.exr --exposure 1", "b.exr | tip: `lanternfish compare A B --map difference.png`"),
+        ("view %a.png", "a.png: the window shows a scene | hint: `lanternfish compare A B | system's viewer"),
+        ("view demo:cornell %b.glb", "b.glb | tip: the window shows one scene"),
+        ("view demo:cornell --eye 1 2 3", "tip: numbers of one flag are joined by commas"),
     ]);
 }
 

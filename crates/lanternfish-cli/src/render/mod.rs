@@ -10,7 +10,10 @@ pub mod many;
 pub mod metadata;
 mod renderings;
 
-use std::time::Instant;
+use std::{
+    process::{Command, Stdio},
+    time::Instant,
+};
 
 use glam::Vec3;
 use lanternfish::{
@@ -218,11 +221,27 @@ fn new_renderer(
     Ok(progress.step("compile", "Compiling shaders", || Renderer::with_engine(engine, settings.clone()))?)
 }
 
-/// Opens the last image in a window, if requested and if no render farm reads the progress.
+/// Opens the last image in the system's viewer, if requested and if no render farm reads the progress.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
-    match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
-        Some(last) => crate::renderings::show(args, &[&last.output.path]),
-        None => Ok(()),
+    let is_asked_for = args.output.open && args.run.progress.is_none();
+    let Some(last) = planned.last().filter(|_| is_asked_for) else { return Ok(()) };
+    let path = &last.output.path;
+    let opener: &[&str] = if cfg!(windows) {
+        &["cmd", "/c", "start", ""]
+    } else if cfg!(target_os = "macos") {
+        &["open"]
+    } else {
+        &["xdg-open"]
+    };
+    let mut command = Command::new(opener[0]);
+    // A relative path may begin with a hyphen.
+    command.args(&opener[1..]).arg(std::path::absolute(path).unwrap_or_else(|_| path.clone()));
+    match command.stdin(Stdio::null()).stdout(Stdio::null()).status() {
+        Ok(status) if status.success() => Ok(()),
+        _ => {
+            let what = format!("--open: `{}` has not opened {}", opener[0], path.display());
+            Err(CliError::new(what, "the image is complete: open it in a program of your choice"))
+        }
     }
 }
 
@@ -244,8 +263,9 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
         let what = format!("{}: .jpg and .gif files have no alpha", output.path.display());
         return Err(CliError::new(what, "end the name with .png or .exr, or name a colour: --background white"));
     }
-    if output.is_stdout() && (args.track.is_sequence() || args.run.timings || !args.quantities().is_empty()) {
-        let hint = "name a file, or leave out what makes several or prints a table";
+    let is_more = args.track.is_sequence() || args.run.timings || !args.quantities().is_empty() || args.output.open;
+    if output.is_stdout() && is_more {
+        let hint = "name a file, or leave out what makes several, prints a table or opens it";
         return Err(CliError::new("-o -: one image alone goes to standard output", hint));
     }
     let of = |frame: &ShotFrame| frame.number.map_or_else(|| output.clone(), |number| output.numbered(number));

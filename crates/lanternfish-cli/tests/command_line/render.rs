@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use lanternfish_metrics::{RgbImage, read_exr, write_exr};
 use serde_json::Value;
 
-use crate::support::Folder;
+use crate::support::{Folder, Ran};
 
 #[test]
 fn gpu_a_png_a_table_and_a_report() {
@@ -44,8 +44,8 @@ fn gpu_a_png_a_table_and_a_report() {
     assert!(report["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
 }
 
-/// An EXR file is linear and the same every time; exposure and tone map affect display images only. A PNG image goes to a file or to
-/// standard output.
+/// An EXR file is linear and the same every time; exposure and tone map affect display images only. A PNG image goes to
+/// a file or to standard output.
 #[test]
 fn gpu_every_format_holds_the_image() {
     let folder = Folder::new();
@@ -116,7 +116,8 @@ fn gpu_a_track_and_two_eyes_have_one_exposure() {
     let last = folder.read("a.0002.png");
     folder.render(&format!("track.toml --exposure {ev}"));
     assert!(folder.read("a.0002.png") == last);
-    // Negative control: the second image alone is metered differently. Two eyes are metered together, and their frames are counted once.
+    // Negative control: the second image alone is metered differently. Two eyes are metered together, and their frames
+    // are counted once.
     let alone = folder.render("track.toml --time 1 --stereo parallel:1 --accumulate 3 --report b.json").stderr;
     assert!(!alone.contains(&format!("--exposure {ev} ")) && alone.matches("shown at").count() == 1, "{alone}");
     let report = folder.json("b.json");
@@ -308,4 +309,23 @@ fn gpu_an_object_beside_a_weak_light_gets_a_dim_studio() {
     // A lit object in front of nothing is black on black, too.
     let (black, said) = seen("lit.gltf", "");
     assert!(black < 0.1 && said.is_some(), "{black} {said:?}");
+}
+
+/// The image is there already, so nothing is rendered.
+#[test]
+#[cfg(target_os = "linux")]
+fn the_systems_viewer_opens_the_image() {
+    use std::os::unix::fs::PermissionsExt;
+
+    use lanternfish_metrics::{ColorType, write_png};
+
+    let folder = Folder::with(&[("xdg-open", "#!/bin/sh\nprintf %s \"$1\" > opened\n")]);
+    fs::set_permissions(folder.path("xdg-open"), fs::Permissions::from_mode(0o755)).unwrap();
+    write_png(&folder.path("-.png"), [4, 4], ColorType::Rgb, &[7; 4 * 4 * 3]).unwrap();
+    let words = "render demo:cornell --size 4x4 -o-.png --skip-existing --open";
+    let open = |programs: &Path| Ran::of(folder.program().args(words.split(' ')).env("PATH", programs));
+    assert_eq!(open(&folder.path("")).succeeded().stdout, "-.png\n");
+    assert_eq!(Path::new(&String::from_utf8(folder.read("opened")).unwrap()), folder.path("-.png"));
+    let ran = open(Path::new("/nonexistent"));
+    assert!(ran.code == Some(1) && ran.stderr.contains("`xdg-open` has not opened -.png"), "{ran:?}");
 }

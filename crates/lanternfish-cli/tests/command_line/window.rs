@@ -4,7 +4,6 @@
 mod dropped;
 mod panels;
 mod rain;
-mod renderings;
 mod rest;
 mod stereo;
 
@@ -55,7 +54,8 @@ impl Display {
     fn of(test: &str, size: [usize; 2]) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let mut server = Command::new("Xvfb");
-        // Without -noreset it starts again when its last client leaves, such as xdotool before the window is there, and refuses the next.
+        // Without -noreset it starts again when its last client leaves, such as xdotool before the window is there, and
+        // refuses the next.
         server
             .args([
                 "-noreset",
@@ -88,8 +88,9 @@ impl Display {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The window's part of the screen: blue, green, red, row by row. The file is in the format of `xwd`: big-endian words, of which the
-    /// first is the header's length, the 13th the bytes of a row and the 20th the number of colours of 12 bytes that follow it.
+    /// The window's part of the screen: blue, green, red, row by row. The file is in the format of `xwd`: big-endian
+    /// words, of which the first is the header's length, the 13th the bytes of a row and the 20th the number of colours
+    /// of 12 bytes that follow it.
     fn screen(&self) -> Vec<[u8; 3]> {
         let file = fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
         let word = |index: usize| u32::from_be_bytes(file[4 * index..][..4].try_into().unwrap()) as usize;
@@ -155,8 +156,8 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     })
 }
 
-/// Saves a shot of a converged image, closes the window, and renders the shot: the images are equal to the bit. Returns the
-/// shot's text.
+/// Saves a shot of a converged image, closes the window, and renders the shot: the images are equal to the bit. Returns
+/// the shot's text.
 fn saved_as_seen(display: &Display, folder: &Path, view: Running) -> String {
     display.act("key F4");
     let shot = folder.join("lanternfish-1.toml");
@@ -194,17 +195,12 @@ fn open_alone(display: &Display, folder: &Path, words: &str) -> (Running, Vec<[u
     (view, image)
 }
 
-/// Opens a window of the Cornell box in the corner of the display, and focuses it. Its output goes to the folder's `log`.
+/// Opens a window of the Cornell box in the corner of the display, and focuses it. Its output goes to the folder's
+/// `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
-    let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
-    start(display, folder, &words)
-}
-
-/// Runs a command that opens a window in the corner of the display, and focuses it. Its output goes to the folder's `log`.
-fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let log = fs::File::create(folder.join("log")).unwrap();
     let mut view = lanternfish(folder);
-    view.args(words.split(' '));
+    view.args(format!("view demo:cornell --adapter cpu --indirect none {words}").split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
     view.env("XDG_CONFIG_HOME", folder.join("config")).env("RUST_LOG", "warn,lanternfish_viewer=debug");
     let mut view = Running(view.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap());
@@ -286,8 +282,8 @@ fn gpu_shaders_are_read_again_when_they_are_saved() {
     close(&display, view);
 }
 
-/// Opens a window, hides the panels, flies, shows the keys, draws and drags the line of Compare, focuses a clicked pixel, saves
-/// a shot and closes the window. The shot then renders the window's image to the bit.
+/// Opens a window, hides the panels, flies, shows the keys, draws and drags the line of Compare, focuses a clicked
+/// pixel, saves a shot and closes the window. The shot then renders the window's image to the bit.
 #[test]
 #[ignore = "full"]
 fn gpu_a_window_is_driven_and_its_shot_is_its_image() {

@@ -1,10 +1,10 @@
 //! A compressed wide BVH `[Ylitie2017]` over boxes, with bounded build time and depth even if many boxes coincide.
 //!
 //! 1. `cluster`: a binary tree by locally ordered clustering `[Meister2018]`, with guaranteed progress in each pass.
-//! 2. Reinsertion `[Meister2018b]`, by `obvhs`: its cost per box is proportional to the number of overlapping boxes, so it is
-//!    skipped if these are thousands.
-//! 3. Eight children per node, by `obvhs`. If the tree is deeper than [`MAX_DEPTH`], it is rebuilt by repeatedly halving the
-//!    boxes' order along a space-filling curve: a tree of fewer than 2³² boxes then has at most 32 levels.
+//! 2. Reinsertion `[Meister2018b]`, by `obvhs`: its cost per box is proportional to the number of overlapping boxes, so
+//!    it is skipped if these are thousands.
+//! 3. Eight children per node, by `obvhs`. If the tree is deeper than [`MAX_DEPTH`], it is rebuilt by repeatedly
+//!    halving the boxes' order along a space-filling curve: a tree of fewer than 2³² boxes then has at most 32 levels.
 
 mod cluster;
 #[cfg(test)]
@@ -21,8 +21,8 @@ use cluster::Search;
 /// Maximum number of levels of a tree: the capacity of the traversal stacks.
 pub const MAX_DEPTH: usize = 32;
 
-/// Maximum memory of [`build`] per box, bytes. Most of it holds the binary tree, and for each node the costs of eight ways to
-/// collapse it.
+/// Maximum memory of [`build`] per box, bytes. Most of it holds the binary tree, and for each node the costs of eight
+/// ways to collapse it.
 pub const BYTES_PER_BOX: u64 = 420;
 
 /// Maximum number of boxes per leaf.
@@ -40,8 +40,8 @@ pub enum Effort {
     High,
 }
 
-/// Builds the tree over boxes whose coordinates and their squares are finite. The leaves hold each box's index once. Without
-/// boxes the tree has no nodes.
+/// Builds the tree over boxes whose coordinates and their squares are finite. The leaves hold each box's index once.
+/// Without boxes the tree has no nodes.
 pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
     if boxes.is_empty() {
         return CwBvh::default();
@@ -69,7 +69,7 @@ pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
 }
 
 /// Number of levels of a tree; stops counting one above [`MAX_DEPTH`].
-pub fn depth(nodes: &[CwBvhNode]) -> usize {
+fn depth(nodes: &[CwBvhNode]) -> usize {
     let mut depth = 0;
     let mut level: Vec<u32> = if nodes.is_empty() { vec![] } else { vec![0] };
     while !level.is_empty() && depth <= MAX_DEPTH {
@@ -83,8 +83,8 @@ pub fn depth(nodes: &[CwBvhNode]) -> usize {
     depth
 }
 
-/// Mean number of boxes that overlap a box. For each box, this is the greatest ratio over its ancestors of the summed areas of
-/// the boxes below the ancestor to the ancestor's own area.
+/// Mean number of boxes that overlap a box. For each box, this is the greatest ratio over its ancestors of the summed
+/// areas of the boxes below the ancestor to the ancestor's own area.
 fn crowding(tree: &Bvh2) -> f64 {
     let area = |i: usize| f64::from(tree.nodes[i].aabb().half_area());
     // Children come after their parents.

@@ -4,8 +4,7 @@ use egui::{DragValue, Ui};
 use glam::Vec3;
 use lanternfish_scene::{Light, LightKind};
 
-use super::{Facts, State, pixel::named, sun};
-use crate::sun::PlaceAndHour;
+use super::{Facts, State, pixel::named};
 
 /// Maximum number of listed lights.
 const MOST: usize = 20;
@@ -17,8 +16,6 @@ const SUN: f32 = 3.0;
 pub struct Listing {
     /// Search text: part of a name or `#index`, or a kind.
     pub search: String,
-    /// Location and time for the position of a sun.
-    pub sun: PlaceAndHour,
     /// True to sort by distance to the clicked surface.
     pub is_by_distance: bool,
 }
@@ -83,7 +80,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> Option<Edit> {
         let light = &lights[index];
         let title = format!("{} ({})", named(index, &light.name), kind(light));
         let header = egui::CollapsingHeader::new(title).id_salt(("light", index));
-        header.show(ui, |ui| edit = one(ui, index, light, &mut listing.sun).or(edit.take()));
+        header.show(ui, |ui| edit = one(ui, index, light).or(edit.take()));
     }
     edit
 }
@@ -118,8 +115,8 @@ fn kind(light: &Light) -> &'static str {
     }
 }
 
-/// A point light in front of a surface at `p`, a tenth of the viewing `distance` away, 1 mm to 1 m. A white diffuse sheet at that distance
-/// from the light has a luminance of about 1 nit.
+/// A point light in front of a surface at `p`, a tenth of the viewing `distance` away, 1 mm to 1 m. A white diffuse
+/// sheet at that distance from the light has a luminance of about 1 nit.
 fn light_in_front(p: Vec3, normal: Vec3, distance: f32) -> Light {
     let away = (0.1 * distance).clamp(1e-3, 1.0);
     Light::point(p + away * normal, Vec3::splat(std::f32::consts::PI * away * away))
@@ -138,7 +135,7 @@ fn angles(direction: Vec3) -> (f32, f32) {
 }
 
 /// Draws a light's widgets. Returns its edit, if any.
-fn one(ui: &mut Ui, index: usize, light: &Light, at: &mut PlaceAndHour) -> Option<Edit> {
+fn one(ui: &mut Ui, index: usize, light: &Light) -> Option<Edit> {
     let mut now = light.clone();
     let mut is_changed = false;
     if light.kind == LightKind::Directional {
@@ -150,11 +147,6 @@ fn one(ui: &mut Ui, index: usize, light: &Light, at: &mut PlaceAndHour) -> Optio
         if is_rotated {
             (now.direction, is_changed) = (towards(azimuth.to_radians(), elevation.to_radians()), true);
         }
-        ui.collapsing("By location and time", |ui| {
-            if let Some(direction) = sun::show(ui, at) {
-                (now.direction, is_changed) = (direction, true);
-            }
-        });
     } else {
         for (name, axis) in [("x", 0), ("y", 1), ("z", 2)] {
             is_changed |= number(ui, name, DragValue::new(&mut now.position[axis]).suffix(" m").speed(0.02));
@@ -183,7 +175,7 @@ fn one(ui: &mut Ui, index: usize, light: &Light, at: &mut PlaceAndHour) -> Optio
 }
 
 /// Draws a number with its label. Returns true if it was changed.
-pub fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) -> bool {
+fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) -> bool {
     let row = ui.horizontal(|ui| {
         let label = ui.label(name);
         ui.add(value).labelled_by(label.id).changed()

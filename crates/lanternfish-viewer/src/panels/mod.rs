@@ -1,4 +1,5 @@
-//! Panels around the image: settings, camera, stereo, comparison, pixel, lights, overlays, pass times, memory, animation, keys.
+//! Panels around the image: settings, camera, stereo, comparison, pixel, lights, overlays, pass times, memory,
+//! animation, keys.
 
 mod camera;
 mod keys;
@@ -10,7 +11,6 @@ mod pixel;
 mod rendering;
 mod sides;
 mod stereo;
-mod sun;
 #[cfg(test)]
 mod tests;
 mod written;
@@ -104,7 +104,8 @@ pub struct Clip {
 }
 
 impl Clip {
-    /// Advances the time by `seconds`. Without rain the time wraps at the duration. With rain it does not, and the animation loops on its own.
+    /// Advances the time by `seconds`. Without rain the time wraps at the duration. With rain it does not, and the
+    /// animation loops on its own.
     pub fn go_on(&mut self, seconds: f32) {
         self.time += seconds;
         if !self.has_rain {

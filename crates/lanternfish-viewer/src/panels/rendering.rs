@@ -21,10 +21,10 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, req
     match places[..] {
         [left, right] => {
             let of = |a| Textures { a, ..Textures::default() };
-            wipe::paint(ui, left, left, Painted::A, &of(facts.textures.a));
-            wipe::paint(ui, right, right, Painted::A, &of(facts.textures.b));
+            wipe::paint(ui, left, Painted::A, &of(facts.textures.a));
+            wipe::paint(ui, right, Painted::A, &of(facts.textures.b));
         }
-        _ => wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures),
+        _ => wipe::paint(ui, rect, state.wipe.painted(&facts.textures), &facts.textures),
     }
     if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
         wipe::line(ui, rect, &mut state.wipe.line);

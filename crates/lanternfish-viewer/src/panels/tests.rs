@@ -467,23 +467,6 @@ fn overlays_are_switched_and_the_birds_eye_view_is_requested() {
 }
 
 #[test]
-fn a_sun_is_placed_by_location_and_time() {
-    let mut harness = shown();
-    click(&mut harness, "Lights");
-    click(&mut harness, "Add a sun");
-    let sun = harness.state().scene.lights.len() - 1;
-    click(&mut harness, &format!("#{sun} (sun)"));
-    click(&mut harness, "By location and time");
-    click(&mut harness, "Place the sun");
-    let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
-    // From the south, at an elevation of 90° − latitude + axial tilt: 90° − 51.48° + 23.44° = 61.96°.
-    let noon = direction(&harness);
-    assert!((noon.y + 61.96f32.to_radians().sin()).abs() < 1e-3 && noon.z < 0.0, "{noon}");
-    type_into(&mut harness, "hour", "6");
-    assert!(direction(&harness).x < -0.8, "from the east: {}", direction(&harness));
-}
-
-#[test]
 fn all_sections_expand_and_collapse_at_once() {
     let mut harness = shown();
     let labels = ["Click on the image.", "Copy A to B", "Add a sun", "Ranges of lights", "indirect-resolution"];

@@ -29,7 +29,7 @@ impl Viewer {
         };
         let shown = [Some(self.viewport.rendering()), right, self.comparison.map()];
         for (registered, texture) in self.renderings.iter_mut().zip(shown) {
-            self.surface.register(&self.viewport.interface().device, registered, texture, wgpu::FilterMode::Linear);
+            self.surface.register(&self.viewport.interface().device, registered, texture);
         }
         let (requested, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -54,9 +54,9 @@ impl Viewer {
         if let Some(form) = requested.write {
             self.write(form);
         }
-        // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted first, since
-        // a driver may delay the paint until the submitted frame is complete.
-        // Recording of the first frame compiles shaders.
+        // While something moves, the frame is drawn before the paint, for low latency. At rest the window is painted
+        // first, since a driver may delay the paint until the submitted frame is complete. Recording of the first frame
+        // compiles shaders.
         let paints_first = was_idle && !self.moves() || self.viewport.drawn() == 0;
         if !paints_first && !self.is_busy() {
             self.toggle_birds_eye();
@@ -84,7 +84,7 @@ impl Viewer {
     fn panels(&mut self, seconds: f32) -> (Requested, egui::FullOutput) {
         let Self { surface, state, viewport, comparison, name, renderings, frame_ms, memory, repaint_limiter, .. } =
             self;
-        let [a, b, map] = renderings.each_ref().map(|registered| registered.as_ref().map(|(id, ..)| *id));
+        let [a, b, map] = renderings.each_ref().map(|registered| registered.as_ref().map(|(id, _)| *id));
         let facts = Facts {
             name,
             scene: &viewport.scene,

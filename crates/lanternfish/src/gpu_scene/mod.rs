@@ -9,9 +9,9 @@
 //!        └─ environment          its image, and the light made of it (environment_light/)
 //! ```
 //!
-//! `scene.rs` holds all of it, and `shaders.rs` the data that shaders read. `update.rs` applies changes of the caller's scene
-//! on the device, and `update/previous.rs` keeps the geometry of the previous frame; `moving/` moves and deforms on the
-//! device. `visible.rs` and `raster.rs` draw.
+//! `scene.rs` holds all of it, and `shaders.rs` the data that shaders read. `update.rs` applies changes of the caller's
+//! scene on the device, and `update/previous.rs` keeps the geometry of the previous frame; `moving/` moves and deforms
+//! on the device. `visible.rs` and `raster.rs` draw.
 
 pub(crate) mod moving;
 mod raster;
@@ -31,8 +31,6 @@ pub(crate) use shaders::DECLARED;
 #[cfg(test)]
 pub(crate) use shaders::TracedLevels;
 pub use shaders::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot};
-#[cfg(test)]
-pub(crate) use tracing::builder::IS_FORCED;
 pub(crate) use update::previous::GeometryAt;
 pub use upload::{
     cost::MemoryPlan,

@@ -10,7 +10,6 @@ use super::{
     shaders::SoftShadows,
     tracing::{
         Tracing,
-        builder::Builder,
         bvh::{self, Bvh},
         emissive,
         hits::Hits,
@@ -157,7 +156,7 @@ impl GpuScene {
         };
         tracing.decide_opacity(mask_bytes);
         tracing.write_panes(scene, shading);
-        let mut nodes = bvh::build(&Builder::of(device, queue), &mut tracing);
+        let mut nodes = bvh::build(&mut tracing);
         let instance_count = tracing.levels.len() as u64;
         if parts.hits && tracing.id_count > MOST_IDS {
             let remedy = "render with `indirect none`, or fewer instances of large meshes";
@@ -301,7 +300,8 @@ impl GpuScene {
 
     /// The environment as light.
     ///
-    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
+    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records
+    /// a frame.
     #[doc(hidden)]
     pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")

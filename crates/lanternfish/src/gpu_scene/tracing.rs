@@ -19,7 +19,6 @@ use super::{
     upload::{materials::mask_cutoff, mips},
 };
 
-pub mod builder;
 pub mod bvh;
 pub mod emissive;
 mod footprint;
@@ -92,23 +91,24 @@ pub struct Tracing {
     pub panes: Vec<Pane>,
     /// Number of triangles with a record.
     pub record_count: usize,
-    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's second and third corner.
+    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's
+    /// second and third corner.
     pub hulls: HashMap<u32, Vec<Vec2>>,
 }
 
 impl Tracing {
-    /// Gathers the triangles of every instance, except those that have a vertex twice or a vertex that is not finite. A triangle whose
-    /// transformed corners are not finite becomes a point.
+    /// Gathers the triangles of every instance, except those that have a vertex twice or a vertex that is not finite. A
+    /// triangle whose transformed corners are not finite becomes a point.
     ///
-    /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one word per mask are
-    /// kept in any case.
+    /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one
+    /// word per mask are kept in any case.
     pub fn new(scene: &Scene, mask_bytes: u64) -> Self {
         let parts = (0..).zip(&scene.instances).flat_map(|i| parts_of(scene, i, None)).collect();
         Self::of_parts(scene, parts, mask_bytes)
     }
 
-    /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where each triangle is a leaf of
-    /// the light tree. `decided`: see [`levels::places`].
+    /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where
+    /// each triangle is a leaf of the light tree. `decided`: see [`levels::places`].
     pub fn in_levels(scene: &Scene, mask_bytes: u64, has_hits: bool, decided: &Decided) -> Self {
         let is_flat = |part: &Part| has_hits && is_emissive(&scene.materials[part.of(scene).1.material]);
         let (mut parts, mut levels, mut meshes) = (Vec::new(), Vec::new(), BTreeSet::new());
@@ -199,8 +199,8 @@ impl Part {
     }
 }
 
-/// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose corners are not finite
-/// becomes a point: no ray hits it; so does an instance's box, which is of no part.
+/// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose
+/// corners are not finite becomes a point: no ray hits it; so does an instance's box, which is of no part.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
     let pose_triangle = |source: &Source| {
         let corners = parts.get(source.part as usize).map(|part| part.corners(scene, source.triangle as usize));
@@ -210,8 +210,8 @@ pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTria
     sources.par_iter().map(pose_triangle).collect()
 }
 
-/// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse a product and a
-/// sum.
+/// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse
+/// a product and a sum.
 #[cfg(test)]
 pub fn assert_same_corners(actual: &[TracedTriangle], expected: &[TracedTriangle]) {
     assert_eq!(actual.len(), expected.len());
@@ -223,8 +223,8 @@ pub fn assert_same_corners(actual: &[TracedTriangle], expected: &[TracedTriangle
     }
 }
 
-/// Pixels that differ between images of scenes whose traced triangles are these. If a device has rounded corners differently from the host, rays draw
-/// other noise: then none if the means agree within 2 %, and all if not.
+/// Pixels that differ between images of scenes whose traced triangles are these. If a device has rounded corners
+/// differently from the host, rays draw other noise: then none if the means agree within 2 %, and all if not.
 #[cfg(test)]
 pub fn differing(images: [&[[f32; 4]]; 2], triangles: [&[TracedTriangle]; 2]) -> usize {
     let [a, b] = images;

@@ -32,11 +32,11 @@ impl Exposure {
     }
 }
 
-/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are displayed together, from linear radiance, nits, and the
-/// coverage of surfaces (0 to 1). The order of the pixels does not matter.
+/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives images that are displayed together, from linear
+/// radiance, nits, and the coverage of surfaces (0 to 1). The order of the pixels does not matter.
 ///
 /// A multiple of 1/8 between −34 and 30; 0 if every pixel is black.
-pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
+pub(super) fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
     let mut weights = vec![0_u64; BIN_COUNT];
     for [red, green, blue, alpha] in pixels {
         let bits = (0.2126 * red + 0.7152 * green + 0.0722 * blue).to_bits();

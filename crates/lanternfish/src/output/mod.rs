@@ -21,7 +21,8 @@ use crate::{
     texture::frame_target,
 };
 
-pub use cpu_reference::metered_exposure;
+#[cfg(test)]
+use cpu_reference::metered_exposure;
 
 gpu_struct! {
     /// Parameters of the display image.
@@ -164,7 +165,8 @@ pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::Textur
     frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1)
 }
 
-/// Runs a full-screen pipeline over the display target. With deferred readback, an incomplete frame leaves the earlier content.
+/// Runs a full-screen pipeline over the display target. With deferred readback, an incomplete frame leaves the earlier
+/// content.
 pub(crate) fn show(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,

@@ -1,14 +1,13 @@
-//! The compressed wide BVH: built by `builder.rs`, traversed by `rays/bvh/walk.wesl`.
+//! The compressed wide BVH: built by `lanternfish_scene::bvh`, traversed by `rays/bvh/walk.wesl`.
 
 use lanternfish_gpu::storage_buffer_of;
+use lanternfish_scene::bvh::{self, Effort};
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing,
-    builder::Builder,
-    levels,
+    TracedTriangle, Tracing, levels,
     refit::{box_of, cost, refit},
     upper::place_levels,
 };
@@ -30,16 +29,17 @@ pub struct Bvh {
     cost_when_built: f64,
 }
 
-/// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without children.
-pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
+/// Builds the tree and reorders the triangles to its leaf order. A scene without triangles has one node without
+/// children.
+pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if !tracing.levels.is_empty() {
-        return levels::build(builder, tracing);
+        return levels::build(tracing);
     }
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
     let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(|triangle| tracing.bounds(triangle)).collect();
-    let bvh = builder.build(&boxes);
+    let bvh = bvh::build(&boxes, Effort::High);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes
 }
@@ -63,8 +63,9 @@ impl Bvh {
         })
     }
 
-    /// Replaces this tree by another; the caller reorders the triangles to its leaf order. A tree that fits is written to the same buffer,
-    /// so that recorded frames that are not yet submitted see it, as they see the triangles. `cost`: the new tree's traversal cost.
+    /// Replaces this tree by another; the caller reorders the triangles to its leaf order. A tree that fits is written
+    /// to the same buffer, so that recorded frames that are not yet submitted see it, as they see the triangles.
+    /// `cost`: the new tree's traversal cost.
     pub fn replace(
         &mut self,
         device: &wgpu::Device,
@@ -124,8 +125,6 @@ pub(super) fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) 
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_scene::bvh;
-
     use super::*;
 
     #[test]

@@ -1,8 +1,8 @@
 //! Two levels: a tree of each mesh that is placed more than once, in its own space, below a tree over its instances.
 //!
-//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which has the corners of its
-//! box, its translation, the root of its mesh and the index of the other, which has the inverse of its linear transform and what hits need
-//! (`gpu_scene/placed.wesl`).
+//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which
+//! has the corners of its box, its translation, the root of its mesh and the index of the other, which has the inverse
+//! of its linear transform and what hits need (`gpu_scene/placed.wesl`).
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,18 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing, builder::Builder, upper::UpperNodes};
+use super::{Source, TracedTriangle, Tracing, upper::UpperNodes};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.
 const INSTANCE: u32 = u32::MAX;
 /// In place of a part: the triangle is an instance's box.
 pub const BOX: u32 = u32::MAX;
-/// Least volume that a transform makes of a unit cube, relative to the product of its edges: below, its inverse is too coarse.
+/// Least volume that a transform makes of a unit cube, relative to the product of its edges: below, its inverse is too
+/// coarse.
 const LEAST_VOLUME: f64 = 1e-2;
-/// Distance by which a box exceeds what was transformed, relative to its distance from the origin and its size: some roundings.
+/// Distance by which a box exceeds what was transformed, relative to its distance from the origin and its size: some
+/// roundings.
 const PAD: f32 = 8.0 * f32::EPSILON;
 
 /// What rays do with an instance.
@@ -43,8 +45,8 @@ pub const MOST_IDS: u64 = 1 << 28;
 /// Meshes with one instance that have moved, and so have a tree of their own, or have bent, and have none.
 pub type Decided = BTreeMap<usize, bool>;
 
-/// True if a mesh can have a tree of its own, and triangles in it. What a pane lets pass depends on its normal in world space, and a mesh
-/// that bends would need its tree again.
+/// True if a mesh can have a tree of its own, and triangles in it. What a pane lets pass depends on its normal in world
+/// space, and a mesh that bends would need its tree again.
 pub fn can_have_tree(scene: &Scene, mesh: usize, has_hits: bool) -> bool {
     let stays_flat =
         |primitive: &Primitive| primitive.deformation.is_some() || scene.materials[primitive.material].is_pane();
@@ -61,8 +63,8 @@ pub fn is_emissive(material: &Material) -> bool {
     material.emissive.max_element() > 0.0
 }
 
-/// How each instance of a scene is placed. Meshes with several instances have a tree; those with one stay flat, unless it was decided
-/// otherwise.
+/// How each instance of a scene is placed. Meshes with several instances have a tree; those with one stay flat, unless
+/// it was decided otherwise.
 pub fn places(scene: &Scene, has_hits: bool, decided: &Decided) -> Vec<Place> {
     let mut counts = vec![0u32; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| counts[instance.mesh] += 1);
@@ -140,7 +142,8 @@ impl Level {
         BvhTriangle { a: min, record: element, b: max, light_leaf: root, c: translation, opacity: INSTANCE }
     }
 
-    /// The element with the rows of the inverse linear transform, what is added to an element for its id, the first id, and the leaf.
+    /// The element with the rows of the inverse linear transform, what is added to an element for its id, the first id,
+    /// and the leaf.
     pub fn transform(&self, leaf: u32) -> BvhTriangle {
         let matrix = DMat3::from_cols_array(&self.world_from_object.matrix3.to_cols_array().map(f64::from));
         let inverse = if self.is_nowhere() { DMat3::IDENTITY } else { matrix.inverse() };
@@ -170,8 +173,9 @@ impl Below {
     }
 }
 
-/// Builds all trees, the upper one first, and reorders the triangles to their leaf order. Adds a triangle for each instance's box.
-pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
+/// Builds all trees, the upper one first, and reorders the triangles to their leaf order. Adds a triangle for each
+/// instance's box.
+pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     let mut of_mesh: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     let mut upper = Vec::new();
     for (index, triangle) in (0..).zip(&tracing.triangles) {
@@ -190,7 +194,7 @@ pub fn build(builder: &Builder<'_>, tracing: &mut Tracing) -> Vec<CwBvhNode> {
         upper.push(tracing.triangles.len() as u32);
         tracing.triangles.push(TracedTriangle { corners: level.corners(), source });
     }
-    let (placed, mut nodes, mut order) = UpperNodes::build(builder, tracing, &upper);
+    let (placed, mut nodes, mut order) = UpperNodes::build(tracing, &upper);
     let upper_count = order.len();
     let mut roots = BTreeMap::new();
     let mut first_id = upper_count as u64;

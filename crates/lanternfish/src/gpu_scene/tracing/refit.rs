@@ -2,8 +2,8 @@
 //!
 //! 1. Nodes are visited from the last to the first: children have greater indices than their parent.
 //! 2. A child's box is that of its triangles, or of its node.
-//! 3. A node's grid starts at the least corner of its children. Its spacing along an axis is the least power of two for which 255 steps
-//!    reach the greatest corner.
+//! 3. A node's grid starts at the least corner of its children. Its spacing along an axis is the least power of two for
+//!    which 255 steps reach the greatest corner.
 //! 4. Children's boxes are rounded outwards to the grid.
 //!
 //! The tree keeps its topology, however far its triangles move apart: its boxes grow, and rays get slower.
@@ -26,8 +26,8 @@ pub fn refit(nodes: &mut [CwBvhNode], box_of: impl Fn(usize) -> Bounds) {
     refit_nodes(nodes, (0..nodes.len()).rev(), box_of, &mut boxes);
 }
 
-/// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for `box_of`. `boxes` has
-/// those of all nodes; those of other nodes must be up to date.
+/// Refits these nodes alone, children before their parents, and returns their traversal cost: see [`cost`], also for
+/// `box_of`. `boxes` has those of all nodes; those of other nodes must be up to date.
 pub fn refit_nodes(
     nodes: &mut [CwBvhNode],
     indices: impl Iterator<Item = usize>,
@@ -46,9 +46,9 @@ pub fn refit_nodes(
     cost
 }
 
-/// Traversal cost of a tree for rays from anywhere in all directions, up to a factor, by the surface-area heuristic [MacDonald1990]: the
-/// sum over all children of half the box's area, m², times the number of triangles of a leaf. `box_of`: the box of the triangle at an index
-/// of the leaf order. `refit.wesl` computes the same on the device.
+/// Traversal cost of a tree for rays from anywhere in all directions, up to a factor, by the surface-area heuristic
+/// [MacDonald1990]: the sum over all children of half the box's area, m², times the number of triangles of a leaf.
+/// `box_of`: the box of the triangle at an index of the leaf order. `refit.wesl` computes the same on the device.
 pub fn cost(nodes: &[CwBvhNode], box_of: impl Fn(usize) -> Bounds) -> f64 {
     let mut boxes = vec![Bounds::EMPTY; nodes.len()];
     let mut cost = 0.0;
@@ -167,7 +167,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::{
-        super::{Source, Tracing, builder::Builder, bvh},
+        super::{Source, Tracing, bvh},
         *,
     };
     use crate::testing::Random;
@@ -189,7 +189,7 @@ mod tests {
     /// A tree and its triangles in leaf order.
     fn built(triangles: Vec<TracedTriangle>) -> (Vec<CwBvhNode>, Vec<TracedTriangle>) {
         let mut tracing = Tracing { triangles, ..Tracing::default() };
-        let nodes = bvh::build(&Builder::HOST, &mut tracing);
+        let nodes = bvh::build(&mut tracing);
         (nodes, tracing.triangles)
     }
 
@@ -224,7 +224,8 @@ mod tests {
         }
     }
 
-    /// The boxes are as small as the grid allows: moving any side inwards by a step excludes a triangle, which the test detects.
+    /// The boxes are as small as the grid allows: moving any side inwards by a step excludes a triangle, which the test
+    /// detects.
     #[test]
     fn a_box_that_is_a_step_too_small_is_noticed() {
         let mut random = Random::new(5);

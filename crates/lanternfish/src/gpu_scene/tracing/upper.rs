@@ -1,5 +1,5 @@
-//! The upper tree of two levels: below its root are a tree over instances, which is built again as they move apart, and one over the triangles
-//! that are in world space, whose elements keep their places.
+//! The upper tree of two levels: below its root are a tree over instances, which is built again as they move apart, and
+//! one over the triangles that are in world space, whose elements keep their places.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 use super::{
     TracedTriangle, Tracing,
-    builder::Builder,
     bvh::{Bvh, packed},
     levels::{BOX, Level, Place, place_of},
     refit::{box_of, refit_nodes},
@@ -37,12 +36,12 @@ pub struct UpperNodes {
 
 impl UpperNodes {
     /// Builds the tree over these elements, and gives their order.
-    pub fn build(builder: &Builder<'_>, tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
+    pub fn build(tracing: &Tracing, upper: &[u32]) -> (Self, Vec<CwBvhNode>, Vec<u32>) {
         let is_instance = |index: &&u32| tracing.triangles[**index as usize].source.part == BOX;
         let (instances, flat): (Vec<u32>, Vec<u32>) = upper.iter().partition(is_instance);
         let [of_instances, of_flat] = [&instances, &flat].map(|indices| {
             let bounds = |index: &u32| tracing.bounds(&tracing.triangles[*index as usize]);
-            builder.build(&indices.par_iter().map(bounds).collect::<Vec<_>>())
+            bvh::build(&indices.par_iter().map(bounds).collect::<Vec<_>>(), Effort::High)
         });
         let ordered = |order: &[u32], of: &[u32]| order.iter().map(|index| of[*index as usize]).collect::<Vec<_>>();
         let mut order = ordered(&of_flat.primitive_indices, &flat);
@@ -171,8 +170,8 @@ impl Upper {
         refit_nodes(nodes, of_instances, |index| box_of(&self.triangles[index].corners), &mut self.boxes)
     }
 
-    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become costly and
-    /// `may_rebuild`. Returns the number of bytes.
+    /// Writes the instances' boxes and transforms, and the tree over them: refitted, or built again if that has become
+    /// costly and `may_rebuild`. Returns the number of bytes.
     pub fn send(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, may_rebuild: bool) -> u64 {
         let instances = self.nodes.instances.clone();
         for triangle in &mut self.triangles[instances.clone()] {
@@ -199,8 +198,8 @@ impl Upper {
         (bytes + size_of_val(&elements[..])) as u64
     }
 
-    /// Writes triangles in world space: all of them, in their order. The tree over them is refitted. `light_leaves`: index and leaf of each
-    /// emissive one. Follow it by [`Self::send`].
+    /// Writes triangles in world space: all of them, in their order. The tree over them is refitted. `light_leaves`:
+    /// index and leaf of each emissive one. Follow it by [`Self::send`].
     pub fn pose(&mut self, queue: &wgpu::Queue, bvh: &mut Bvh, flat: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         self.triangles[..flat.len()].copy_from_slice(flat);
         let nodes = &mut bvh.tree[..self.nodes.count];
@@ -228,8 +227,8 @@ impl Upper {
     }
 }
 
-/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `elements` are these triangles; the first
-/// has the index `first`.
+/// Writes the leaves of instances, and appends their other elements, from the index `count` on. `elements` are these
+/// triangles; the first has the index `first`.
 pub(super) fn place_levels(
     elements: &mut Vec<BvhTriangle>,
     first: usize,

@@ -1,13 +1,10 @@
-//! The event loop of a window: system events, and the time of the next frame.
+//! The event loop of the window: system events, and the time of the next frame.
 //!
 //! ```text
-//! system ─▶ App ─▶ Program: frame, news, go on     surface.rs: input, time of the next repaint
+//! system ─▶ App ─▶ Viewer: frame, news, go on     surface.rs: input, time of the next repaint
 //! ```
 
-use std::{
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::time::Instant;
 
 use winit::{
     application::ApplicationHandler,
@@ -17,45 +14,14 @@ use winit::{
     window::WindowId,
 };
 
-use crate::{ViewerError, surface::Surface};
+use super::Viewer;
+use crate::{Start, ViewerError};
 
-/// The interface of an open window to the event loop.
-pub trait Program: Sized {
-    /// The initial state.
-    type Start;
-
-    /// Opens the window.
-    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Self::Start) -> Result<Self, ViewerError>;
-
-    /// The surface, and the device that paints on it.
-    fn surface(&mut self) -> (&mut Surface, &wgpu::Device);
-
-    /// Handles a file that was dropped on the window. A repaint follows.
-    fn dropped(&mut self, path: &Path);
-
-    /// Runs a frame and paints it. Returns true if the window shall close.
-    fn frame(&mut self) -> bool;
-
-    /// Polls the device and threads without blocking. Returns whether to repaint the window.
-    fn has_news(&mut self) -> bool;
-
-    /// Continues work when the window is not painted.
-    fn go_on(&mut self) {}
-
-    /// Time until the next [`Self::has_news`]; `None` waits for an event.
-    fn look_again(&self) -> Option<Duration>;
-
-    /// Closes the window. Errors are returned by [`run`].
-    fn close(self) -> Result<(), ViewerError> {
-        Ok(())
-    }
-}
-
-/// Opens a window, and returns when it is closed.
-pub fn run<T: Program>(start: T::Start) -> Result<(), ViewerError> {
+/// Opens the window, and returns when it is closed.
+pub fn run(start: Start) -> Result<(), ViewerError> {
     let no_display = |error: EventLoopError| ViewerError::Display(without_place(&error.to_string()).to_owned());
     let events = EventLoop::new().map_err(no_display)?;
-    let mut app = App::<T> { display: events.owned_display_handle(), start: Some(start), open: None, failed: None };
+    let mut app = App { display: events.owned_display_handle(), start: Some(start), open: None, failed: None };
     events.run_app(&mut app).map_err(no_display)?;
     app.failed.map_or(Ok(()), Err)
 }
@@ -78,17 +44,17 @@ fn errors_of_the_system_name_no_file_of_the_builder() {
 }
 
 /// The application, before and while its window is open.
-struct App<T: Program> {
+struct App {
     display: OwnedDisplayHandle,
-    start: Option<T::Start>,
-    open: Option<T>,
+    start: Option<Start>,
+    open: Option<Viewer>,
     failed: Option<ViewerError>,
 }
 
-impl<T: Program> ApplicationHandler for App<T> {
+impl ApplicationHandler for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(start) = self.start.take() else { return };
-        match T::open(events, &self.display, start) {
+        match Viewer::open(events, &self.display, start) {
             Ok(open) => self.open = Some(open),
             Err(error) => {
                 self.failed = Some(error);
@@ -99,7 +65,7 @@ impl<T: Program> ApplicationHandler for App<T> {
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(open) = &mut self.open else { return };
-        let (surface, device) = open.surface();
+        let (surface, device) = (&mut open.surface, &open.viewport.interface().device);
         // A redraw event must not request another redraw.
         if surface.takes(&event) && event != WindowEvent::RedrawRequested {
             surface.window.request_redraw();
@@ -109,9 +75,9 @@ impl<T: Program> ApplicationHandler for App<T> {
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => surface.configure(device),
             WindowEvent::DroppedFile(path) => {
                 surface.window.request_redraw();
-                open.dropped(&path);
+                open.open_file(&path);
             }
-            WindowEvent::RedrawRequested if open.frame() => events.exit(),
+            WindowEvent::RedrawRequested if open.show().close => events.exit(),
             _ => {}
         }
     }
@@ -119,20 +85,19 @@ impl<T: Program> ApplicationHandler for App<T> {
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(open) = &mut self.open else { return };
         let is_news = open.has_news();
-        let (surface, _) = open.surface();
-        if surface.is_due() | is_news {
-            surface.window.request_redraw();
+        if open.surface.is_due() | is_news {
+            open.surface.window.request_redraw();
         } else {
             open.go_on();
         }
         let looks_at = open.look_again().map(|period| Instant::now() + period);
-        let next = looks_at.into_iter().chain(open.surface().0.repaint_at()).min();
+        let next = looks_at.into_iter().chain(open.surface.repaint_at()).min();
         events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // The surface must be dropped before its display.
-        if let Some(Err(error)) = self.open.take().map(T::close) {
+        if let Some(Err(error)) = self.open.take().map(Viewer::close) {
             self.failed = Some(error);
         }
     }

@@ -1,5 +1,0 @@
-//! See `lanternfish-build`.
-
-fn main() {
-    lanternfish_build::write_shaders();
-}
