@@ -76,7 +76,7 @@ pub fn trace(bench: &Bench, through: Tracer) -> Result<Vec<Rate>, CliError> {
         };
         warm::up(&bench.gpu, || run().map(drop))?;
         let mrays_per_second = Timed::within(RUNS, TIME, run)?;
-        Ok(Rate { name: format!("{through}, {order} rays"), mrays_per_second })
+        Ok::<_, CliError>(Rate { name: format!("{through}, {order} rays"), mrays_per_second })
     };
     lists(&scene, &scene.default_camera(1.0), images.as_ref(), count).into_iter().map(rate).collect()
 }
