@@ -36,8 +36,6 @@ pub mod program;
 #[doc(hidden)]
 pub mod progress;
 #[doc(hidden)]
-pub mod repeat;
-#[doc(hidden)]
 pub mod replay;
 #[doc(hidden)]
 pub mod report;
@@ -45,6 +43,8 @@ pub mod report;
 pub mod scene;
 #[doc(hidden)]
 pub mod shot;
+#[doc(hidden)]
+pub mod timed;
 #[doc(hidden)]
 pub mod times;
 
@@ -65,6 +65,7 @@ mod papers;
 mod recording;
 mod reference;
 mod render;
+mod shaders;
 mod sheet;
 mod signals;
 mod stage;

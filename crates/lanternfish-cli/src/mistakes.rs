@@ -53,6 +53,20 @@ const ELSEWHERE: [(&str, &str); 33] = [
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
 
+/// What is gone: the command that had it, the flag or command, and what to use instead.
+const GONE: [(&str, &str, &str); 8] = [
+    ("doctor", "--page", "--read FILE prints a report as a table"),
+    ("doctor", "--size", FRAMES_ARE_TIMED),
+    ("doctor", "--seconds", FRAMES_ARE_TIMED),
+    ("doctor", "--commit", "the report states the program's version"),
+    ("replay", "--compare", PAIR),
+    ("replay", "--matters", PAIR),
+    ("lanternfish-bench", "moving", "`lanternfish-bench walks` times frames in motion"),
+    ("lanternfish-bench", "history", "`lanternfish-bench probes --only motion` measures a history along a walk"),
+];
+const FRAMES_ARE_TIMED: &str = "`lanternfish-bench walks` times frames, with --size and --seconds";
+const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flags, or two folders of shaders, in turn";
+
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.
 pub(crate) const IMAGE_TOOLS: &str =
@@ -71,13 +85,18 @@ pub(crate) fn explain(error: &mut Error) {
         Some(ContextValue::String(argument)) => Some(argument.clone()),
         _ => None,
     };
+    let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
+    let gone = |name: &str| {
+        let is_this =
+            |(command, gone, _): &&(&str, &str, &str)| *gone == name && usage.contains(&format!(" {command} "));
+        GONE.iter().find(is_this).map(|(.., tip)| *tip)
+    };
     let tips = match error.kind() {
         ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
             let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| *tip);
-            let known = known.or(argument.parse::<f64>().is_ok().then_some(JOINED));
+            let known = gone(&argument).or(known).or(argument.parse::<f64>().is_ok().then_some(JOINED));
             // Before the command there are no flags but --help and --version.
-            let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
             let known = match argument.starts_with("--") {
                 true if usage.contains("COMMAND") => Some(AFTER_COMMAND),
                 true if usage.contains(" farm ") => known.or(Some(IN_A_SHOT)),
@@ -119,14 +138,26 @@ pub(crate) fn explain(error: &mut Error) {
             error.remove(ContextKind::SuggestedValue);
             vec!["`lanternfish reference SCENE` is the path tracer".to_owned()]
         }
+        ErrorKind::InvalidValue
+            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--only "))
+                && argument(ContextKind::InvalidValue).is_some_and(|part| part == "ab") =>
+        {
+            vec![PAIR.to_owned()]
+        }
         ErrorKind::InvalidSubcommand => {
-            let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };
-            match SceneName::from(&file).image() {
-                Some(_) => vec![format!("`lanternfish info {file}` prints how it was made"), IMAGE_TOOLS.to_owned()],
-                None => vec![
-                    format!("`lanternfish view {file}` opens a window"),
-                    format!("`lanternfish render {file}` writes an image"),
-                ],
+            let name = argument(ContextKind::InvalidSubcommand).unwrap_or_default();
+            if let Some(tip) = gone(&name) {
+                error.remove(ContextKind::SuggestedSubcommand);
+                vec![tip.to_owned()]
+            } else if !is_file(&name) {
+                return;
+            } else if SceneName::from(&name).image().is_some() {
+                vec![format!("`lanternfish info {name}` prints how it was made"), IMAGE_TOOLS.to_owned()]
+            } else {
+                vec![
+                    format!("`lanternfish view {name}` opens a window"),
+                    format!("`lanternfish render {name}` writes an image"),
+                ]
             }
         }
         _ => return,

@@ -1,10 +1,10 @@
 //! What the passes of a frame cost beside their time: dispatches and rays.
 
 use lanternfish_gpu::PassCommands;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Counts of a pass.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PassCost {
     /// The pass's label.
     pub name: String,
@@ -16,8 +16,8 @@ pub struct PassCost {
     pub rays: Option<u64>,
 }
 
-/// Passes that trace rays, and the counter of their rays. Entries of the radiance cache trace two rays a sample: one for light and one
-/// for a hit.
+/// Passes that trace rays, and the counter of their rays. Entries of the radiance cache trace two rays a sample: one
+/// for light and one for a hit.
 pub const RAYS: [(&str, &str, u64); 8] = [
     ("shadows/trace", "shadows/rays", 1),
     ("shadows/trace_edges", "shadows/edge_rays", 1),

@@ -1,45 +1,9 @@
-//! Times and counts of frames: the least, the median, sums of passes.
+//! Times and counts of a frame: sums of its passes.
 
 use std::time::Instant;
 
 use lanternfish::{RenderedImage, Report};
 use lanternfish_gpu::PassTime;
-
-/// Returns the result of a first run, and of `runs` more runs the one with the least time `ms`.
-pub fn least<T, E>(runs: u32, mut run: impl FnMut() -> Result<T, E>, ms: impl Fn(&T) -> f64) -> Result<(T, T), E> {
-    let first = run()?;
-    let mut best = run()?;
-    for _ in 1..runs {
-        let next = run()?;
-        if ms(&next) < ms(&best) {
-            best = next;
-        }
-    }
-    Ok((first, best))
-}
-
-/// Least of each figure over `runs` runs, after a warm-up run.
-pub fn leasts<const N: usize, E>(runs: u32, mut run: impl FnMut() -> Result<[f64; N], E>) -> Result<[f64; N], E> {
-    run()?;
-    let mut least = [f64::INFINITY; N];
-    for _ in 0..runs {
-        let figures = run()?;
-        least = std::array::from_fn(|i| least[i].min(figures[i]));
-    }
-    Ok(least)
-}
-
-/// Median of each figure over `runs` runs, without a warm-up run.
-pub fn medians<const N: usize, E>(runs: u32, run: impl FnMut() -> Result<[f64; N], E>) -> Result<[f64; N], E> {
-    let all = std::iter::repeat_with(run).take(runs as usize).collect::<Result<Vec<_>, _>>()?;
-    Ok(std::array::from_fn(|i| median(&mut all.iter().map(|figures| figures[i]).collect::<Vec<_>>())))
-}
-
-/// The middle value, or the upper of the two middle values; 0 if there are none.
-pub fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
 
 /// The distinct values, in ascending order.
 pub fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
@@ -71,8 +35,8 @@ pub fn frame_time<E>(frame: impl FnOnce() -> Result<RenderedImage, E>) -> Result
     Ok((if passes.is_empty() { host_ms } else { ms_of(passes, "") }, image))
 }
 
-/// Sums the device times of passes by category, ms. `of` returns the category of a pass and is called in execution order. Passes without a
-/// category are ignored.
+/// Sums the device times of passes by category, ms. `of` returns the category of a pass and is called in execution
+/// order. Passes without a category are ignored.
 pub fn sorted<const N: usize>(passes: &[PassTime], mut of: impl FnMut(&str) -> Option<usize>) -> [f64; N] {
     let mut sums = [0.0; N];
     for pass in passes {
@@ -98,19 +62,6 @@ pub fn sums<'p>(passes: impl Iterator<Item = &'p PassTime>) -> Vec<(&'p str, f64
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn medians_and_leasts_ignore_outliers() {
-        assert_eq!([median(&mut [3.0, 1.0, 2.0]), median(&mut [4.0, 1.0]), median(&mut [])], [2.0, 4.0, 0.0]);
-        let runs = |values: &'static [f64]| {
-            let mut values = values.iter();
-            move || Ok::<_, ()>([*values.next().unwrap(); 2])
-        };
-        assert_eq!(leasts(2, runs(&[1.0, 9.0, 5.0])), Ok([5.0; 2]), "the first run does not count");
-        assert_eq!(medians(3, runs(&[1.0, 9.0, 5.0])), Ok([5.0; 2]));
-        assert_eq!(least(2, runs(&[1.0, 9.0, 5.0]), |figures| figures[0]), Ok(([1.0; 2], [5.0; 2])));
-        assert_eq!(medians(1, || Err::<[f64; 1], _>("no")), Err("no"));
-    }
 
     #[test]
     fn deep_images_are_no_part_of_a_frame() {

@@ -16,17 +16,20 @@ use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary
 
 pub(crate) use self::kept::{Clones, Handed};
 
-/// Maximum number of unused compute pipelines in an engine. A higher limit avoids more recompilation when settings change back, and holds
-/// more memory: 0.9 MiB a pipeline on Mesa's software adapter. An indirect-light technique has 20 to 30 of them.
+/// Maximum number of unused compute pipelines in an engine. A higher limit avoids more recompilation when settings
+/// change back, and holds more memory: 0.9 MiB a pipeline on Mesa's software adapter. An indirect-light technique has
+/// 20 to 30 of them.
 const SPARE_KERNELS: usize = 64;
-/// Maximum number of unused render pipelines: 2.5 MiB each on Mesa's software adapter. A change of settings needs 5 to 10 of them.
+/// Maximum number of unused render pipelines: 2.5 MiB each on Mesa's software adapter. A change of settings needs 5 to
+/// 10 of them.
 const SPARE_RASTERS: usize = 24;
 
 /// A device, its queue, and a cache of the shaders and pipelines compiled for them. Clones share the cache.
 ///
-/// Work within [`Self::within`] takes shaders and pipelines from the cache and adds those that are missing. The cache holds all pipelines
-/// in use, and the 64 compute and 24 render pipelines that were used last. A shader stays as long as one of its pipelines. So switching
-/// between a few settings compiles nothing, and memory stays bounded when a user tries all of them.
+/// Work within [`Self::within`] takes shaders and pipelines from the cache and adds those that are missing. The cache
+/// holds all pipelines in use, and the 64 compute and 24 render pipelines that were used last. A shader stays as long
+/// as one of its pipelines. So switching between a few settings compiles nothing, and memory stays bounded when a user
+/// tries all of them.
 #[derive(Clone, Debug)]
 pub struct Engine {
     /// The device.
@@ -64,8 +67,6 @@ struct Compiled {
     rasters: Kept<RasterPipeline>,
     /// Edited shader texts by library number ([`ShaderLibrary::number`]).
     edited: HashMap<usize, Arc<ShaderTexts>>,
-    /// Runtime checks of shaders.
-    checks: wgpu::ShaderRuntimeChecks,
     count: Compilations,
 }
 
@@ -84,7 +85,6 @@ impl Default for Compiled {
             kernels: Kept::new(SPARE_KERNELS),
             rasters: Kept::new(SPARE_RASTERS),
             edited: HashMap::new(),
-            checks: wgpu::ShaderRuntimeChecks::checked(),
             count: Compilations::default(),
         }
     }
@@ -93,7 +93,8 @@ impl Default for Compiled {
 /// Numbers of a library and of its base; the label of a module with its features.
 type ShaderKey = ([Option<usize>; 2], String);
 
-/// Identity of a pipeline: its shader's label, a hash of the linked text, and the `Debug` text of its entry points, label and state.
+/// Identity of a pipeline: its shader's label, a hash of the linked text, and the `Debug` text of its entry points,
+/// label and state.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct PipelineKey {
     shader: String,
@@ -140,7 +141,8 @@ impl Engine {
         Ok(Self { subpixel_bits: Arc::new(bits.into()), ..Self::new(device, queue) })
     }
 
-    /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go through the cache.
+    /// Runs `work` in the calling thread. Shaders that it links, and pipelines that it compiles for this device, go
+    /// through the cache.
     #[doc(hidden)]
     pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {
         self.requested_within(work).0
@@ -155,8 +157,9 @@ impl Engine {
         (result, requested)
     }
 
-    /// Bits of the fraction of a vertex's position in the image, pixels, at least 4: the rasterizer snaps vertices to 2ⁿ points a pixel
-    /// along each axis. Vulkan states it; on other APIs the first call draws 16 pixels to measure it, and waits for the device.
+    /// Bits of the fraction of a vertex's position in the image, pixels, at least 4: the rasterizer snaps vertices to
+    /// 2ⁿ points a pixel along each axis. Vulkan states it; on other APIs the first call draws 16 pixels to measure it,
+    /// and waits for the device.
     #[doc(hidden)]
     pub fn subpixel_bits(&self) -> u32 {
         *self.subpixel_bits.get_or_init(|| vertex_grid::subpixel_bits(&self.device, &self.queue))
@@ -176,33 +179,23 @@ impl Engine {
         KeptCompiled { shaders: shaders.len(), kernels: kernels.len(), rasters: rasters.len() }
     }
 
-    /// Empties the cache, for use after an error: it may hold objects that the device rejected. Objects in use stay valid. Edited texts
-    /// stay.
+    /// Empties the cache, for use after an error: it may hold objects that the device rejected. Objects in use stay
+    /// valid. Edited texts stay.
     #[doc(hidden)]
     pub fn forget(&self) {
         let mut compiled = self.compiled();
-        let (count, checks, edited) = (compiled.count, compiled.checks, std::mem::take(&mut compiled.edited));
-        *compiled = Compiled { count, checks, edited, ..Compiled::default() };
+        let (count, edited) = (compiled.count, std::mem::take(&mut compiled.edited));
+        *compiled = Compiled { count, edited, ..Compiled::default() };
     }
 
-    /// Replaces files of a library by edited texts, and returns the previous edited texts. Shaders linked from now on use them; pipelines
-    /// in use stay unchanged.
+    /// Replaces files of a library by edited texts, and returns the previous edited texts. Shaders linked from now on
+    /// use them; pipelines in use stay unchanged.
     #[doc(hidden)]
     pub fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
         let mut compiled = self.compiled();
         let number = library.number();
         compiled.shaders.retain(|(libraries, _), _| !libraries.contains(&Some(number)));
         compiled.edited.insert(number, Arc::new(texts)).unwrap_or_default()
-    }
-
-    /// Sets the runtime checks that wgpu adds to shaders compiled from now on, to measure what they cost. The default is all of them.
-    ///
-    /// # Safety
-    ///
-    /// Without a check, every shader must do what the check enforces ([`wgpu::Device::create_shader_module_trusted`]).
-    #[doc(hidden)]
-    pub unsafe fn set_runtime_checks(&self, checks: wgpu::ShaderRuntimeChecks) {
-        self.compiled().checks = checks;
     }
 
     fn compiled(&self) -> MutexGuard<'_, Compiled> {
@@ -213,11 +206,6 @@ impl Engine {
 /// The engine of the calling thread.
 fn current() -> Option<Engine> {
     CURRENT.with_borrow(|current| current.as_ref().map(|(engine, _)| engine.clone()))
-}
-
-/// The runtime checks of shaders that the calling thread compiles.
-pub(crate) fn runtime_checks() -> wgpu::ShaderRuntimeChecks {
-    current().map_or_else(wgpu::ShaderRuntimeChecks::checked, |engine| engine.compiled().checks)
 }
 
 /// The shader of this label: from the cache of the thread's engine, else from `link`, which receives the edited texts.

@@ -24,8 +24,8 @@ use crate::{
     engine, platform,
 };
 
-/// A choice at link time: enables an `@if`, and may also select the module that `package::chosen::…` stands for. Declare features as
-/// constants next to the code that they select.
+/// A choice at link time: enables an `@if`, and may also select the module that `package::chosen::…` stands for.
+/// Declare features as constants next to the code that they select.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Feature {
     name: &'static str,
@@ -40,8 +40,8 @@ struct Chosen {
     package: Package,
 }
 
-/// Another package, compared by its address, which is unique because it is a static. The address of its list of files is not unique,
-/// because constants may be copied.
+/// Another package, compared by its address, which is unique because it is a static. The address of its list of files
+/// is not unique, because constants may be copied.
 #[derive(Clone, Copy)]
 struct Package(Option<&'static ShaderLibrary>);
 
@@ -83,8 +83,9 @@ impl Feature {
         Self { name, chosen: None }
     }
 
-    /// A feature that enables the `@if` of this name and makes imports from `package::chosen::PURPOSE` refer to `module` (a path, e.g.
-    /// `"tiled/cell"`). `package` is the static with the module, if that is not the shader's own package.
+    /// A feature that enables the `@if` of this name and makes imports from `package::chosen::PURPOSE` refer to
+    /// `module` (a path, e.g. `"tiled/cell"`). `package` is the static with the module, if that is not the shader's own
+    /// package.
     #[doc(hidden)]
     pub const fn choosing(
         name: &'static str,
@@ -158,15 +159,16 @@ impl ShaderLibrary {
         self.sources.as_ptr().addr()
     }
 
-    /// Links `module` with its imports, enables exactly these features, numbers the bindings, and validates the result. Within an
-    /// [`Engine`](crate::Engine) that already holds it, returns that shader.
+    /// Links `module` with its imports, enables exactly these features, numbers the bindings, and validates the result.
+    /// Within an [`Engine`](crate::Engine) that already holds it, returns that shader.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
         let (libraries, label) =
             ([Some(self), self.base].map(|library| library.map(Self::number)), label(module, features));
         engine::linked(libraries, &label, |edited| self.link_edited(module, features, edited))
     }
 
-    /// Like [`Self::link`], with edited texts in place of files of the package. Also fails if the host could not run the edited shader.
+    /// Like [`Self::link`], with edited texts in place of files of the package. Also fails if the host could not run
+    /// the edited shader.
     pub(crate) fn link_edited(
         &self,
         module: &str,
@@ -261,15 +263,14 @@ impl LinkedShader {
 
     /// Creates the wgpu shader module.
     pub(crate) fn create_module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&self.label), source: platform::source(self) };
-        // Safety: all checks, unless the caller of `Engine::set_runtime_checks` vouches for the shaders.
-        unsafe { device.create_shader_module_trusted(descriptor, engine::runtime_checks()) }
+        let source = platform::source(self);
+        device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(&self.label), source })
     }
 }
 
-/// Sorts declarations by file, the root's first, and keeps the order within a file. The linker visits the files of a root with several entry
-/// points in random order. Without sorting, the linked text would differ from run to run, and caches keyed by the text (such as the
-/// driver's) would miss.
+/// Sorts declarations by file, the root's first, and keeps the order within a file. The linker visits the files of a
+/// root with several entry points in random order. Without sorting, the linked text would differ from run to run, and
+/// caches keyed by the text (such as the driver's) would miss.
 fn put_in_order(linked: &mut TranslationUnit) {
     let file = |declaration: &Spanned<GlobalDeclaration>| {
         let name = declaration.ident().map(|ident| ident.to_string()).unwrap_or_default();
@@ -279,8 +280,9 @@ fn put_in_order(linked: &mut TranslationUnit) {
     linked.global_directives.sort_by_cached_key(ToString::to_string);
 }
 
-/// Adds a `@binding` to every variable with a group: from 0 up in each group, in the order of the linked declarations. Fails if a shader
-/// declares a `@binding` itself: the host binds by name, and numbers of different files might collide.
+/// Adds a `@binding` to every variable with a group: from 0 up in each group, in the order of the linked declarations.
+/// Fails if a shader declares a `@binding` itself: the host binds by name, and numbers of different files might
+/// collide.
 fn number_bindings(linked: &mut TranslationUnit) -> Result<(), String> {
     let mut next: BTreeMap<String, i64> = BTreeMap::new();
     for declaration in &mut linked.global_declarations {

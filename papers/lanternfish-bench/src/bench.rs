@@ -16,7 +16,8 @@ use lanternfish_cli::{
     images::{rgb, shown},
     progress::Progress,
     scene::SceneName,
-    times::{frame_ms, least},
+    timed::Timed,
+    times::frame_ms,
 };
 use lanternfish_gpu::{AdapterChoice, Engine, Gpu, PassTime, driver_warning};
 use lanternfish_metrics::{ColorType, RgbImage, write_png};
@@ -62,7 +63,7 @@ pub struct Bench {
 }
 
 /// Frames of one configuration.
-pub struct Timed {
+pub struct TimedFrames {
     /// The fastest frame.
     pub image: RenderedImage,
     /// Passes of the first frame, which builds reused structures.
@@ -90,8 +91,8 @@ impl Stage {
 }
 
 impl Bench {
-    /// Creates the folder, opens the adapter, and prints a warning about known driver faults. `name` is the benchmark's name; `title` and the
-    /// scene head the report.
+    /// Creates the folder, opens the adapter, and prints a warning about known driver faults. `name` is the benchmark's
+    /// name; `title` and the scene head the report.
     pub fn start(args: &RunArgs, name: &str, title: &str, scene: Option<&SceneName>) -> Result<Self, CliError> {
         let progress = Progress::start(false);
         if let Some(missing) = scene.filter(|scene| scene.demo().is_none() && !scene.path().exists()) {
@@ -156,7 +157,8 @@ impl Bench {
         has_time
     }
 
-    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends the benchmark.
+    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends
+    /// the benchmark.
     pub fn rows<C, R, E>(
         &self,
         step: &'static str,
@@ -242,20 +244,20 @@ impl Bench {
     }
 
     /// Renders a warm-up frame of a view and timed frames.
-    pub fn timed(&self, view: &View, settings: &Settings) -> Result<Timed, RenderError> {
+    pub fn timed(&self, view: &View, settings: &Settings) -> Result<TimedFrames, RenderError> {
         self.timed_on(&mut self.stage(&view.scene, settings)?, view)
     }
 
     /// As [`Self::timed`], with an uploaded scene.
-    pub fn timed_on(&self, stage: &mut Stage, view: &View) -> Result<Timed, RenderError> {
+    pub fn timed_on(&self, stage: &mut Stage, view: &View) -> Result<TimedFrames, RenderError> {
+        let first = stage.frame(view)?.report.passes;
         let mut runs = Vec::new();
-        let frame = || {
+        let (_, image) = Timed::fastest(self.runs, || {
             let image = stage.frame(view)?;
             runs.push(image.report.passes.clone());
-            Ok::<_, RenderError>(image)
-        };
-        let (first, image) = least(self.runs, frame, |image| frame_ms(&image.report.passes))?;
-        Ok(Timed { image, first: first.report.passes, runs: runs.split_off(1) })
+            Ok::<_, RenderError>((frame_ms(&image.report.passes), image))
+        })?;
+        Ok(TimedFrames { image, first, runs })
     }
 
     /// Path of an image of the report, from words.

@@ -1,5 +1,5 @@
-//! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays, and errors of
-//! normals from depth.
+//! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays,
+//! and errors of normals from depth.
 
 mod depth_alone;
 mod positions;
@@ -15,7 +15,8 @@ use lanternfish_cli::{
     error::CliError,
     images::{differing, displayed, rgb},
     parse::Size,
-    times::{counter, frame_time, medians, ms_of},
+    timed::Timed,
+    times::{counter, frame_time, ms_of},
 };
 use lanternfish_metrics::{PIXELS_PER_DEGREE, flip_ldr};
 
@@ -38,7 +39,8 @@ pub struct ForwardPlusArgs {
     subject: SubjectArgs,
 }
 
-/// A row: its name, its settings, and the frame time in the thesis, ms. None: the thesis has no such row, and rays are culled by range too.
+/// A row: its name, its settings, and the frame time in the thesis, ms. None: the thesis has no such row, and rays are
+/// culled by range too.
 type Declared = (&'static str, &'static str, Option<f64>);
 
 /// Light culling by tiles of 8 × 8, without and with the test of bounding boxes.
@@ -80,7 +82,8 @@ fn case(look: &Settings, (name, changes, paper_ms): &Declared) -> Case {
     Case::of(look, name, &declared(changes, if paper_ms.is_some() { "off" } else { "on" }))
 }
 
-/// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
+/// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where
+/// light may be lost.
 fn is_exact(settings: &Settings) -> bool {
     matches!(settings.shadows.ray_culling, RayCulling::None | RayCulling::Surface)
 }
@@ -109,14 +112,12 @@ impl ForwardPlus {
     ) -> Result<Row, CliError> {
         let mut stage = self.bench.stage(&self.view.scene, settings)?;
         let image = stage.frame(&self.view)?;
-        let mut runs = Vec::new();
-        let [frame_ms, shadow_ms] = medians(self.bench.runs, || {
+        let [frame, shadow, shadow_part] = Timed::each(self.bench.runs, || {
             let (ms, passes) = frame_time(|| stage.frame(&self.view))?;
             let shadow_ms = ms_of(&passes.report.passes, "shadows/trace");
-            runs.push((ms, shadow_ms / ms.max(1e-9)));
-            Ok::<_, CliError>([ms, shadow_ms])
+            Ok::<_, CliError>([ms, shadow_ms, shadow_ms / ms.max(1e-9)])
         })?;
-        let (frame_ms_runs, shadow_part_runs): (Vec<f64>, Vec<f64>) = runs.into_iter().unzip();
+        let (frame_ms, shadow_ms) = (frame.median(), shadow.median());
         let differing = first.as_ref().map_or(0, |first| differing(first, &image));
         let counter = |name| counter(&image.report, name);
         let [listed, reaching] = ["off", "on"].map(|by_range| self.listed(settings, by_range));
@@ -125,9 +126,9 @@ impl ForwardPlus {
             .text("name", "", name)
             .fixed("frame_ms", "frame ms", 2, frame_ms)
             .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
-            .data("frame_ms_runs", frame_ms_runs)
+            .data("frame_ms_runs", frame)
             .percent("shadow_part", "of the frame", 1, shadow_ms / frame_ms.max(1e-9))
-            .data("shadow_part_runs", shadow_part_runs)
+            .data("shadow_part_runs", shadow_part)
             .count("rays", "rays", counter("shadows/rays"))
             .count("light_tests", "light tests", counter("light_culling/light_tests"))
             .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
@@ -165,8 +166,8 @@ impl ForwardPlus {
         Ok(rows)
     }
 
-    /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against geometric normals
-    /// [Elagabani2025, fig. 5.3].
+    /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against
+    /// geometric normals [Elagabani2025, fig. 5.3].
     fn normals(&self) -> Result<Vec<Row>, CliError> {
         let view = |view| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
@@ -197,7 +198,8 @@ impl ForwardPlus {
     }
 }
 
-/// Mean angle between normals packed as (n + 1) / 2, degrees, and the fraction of angles above 10°, over the pixels with a surface.
+/// Mean angle between normals packed as (n + 1) / 2, degrees, and the fraction of angles above 10°, over the pixels
+/// with a surface.
 fn angles(ground_truth: &[u8], actual: &[u8]) -> [f64; 2] {
     let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
     let pixels = ground_truth.as_chunks::<3>().0.iter().zip(actual.as_chunks::<3>().0);

@@ -1,15 +1,18 @@
-//! `lanternfish-bench walks`: what a frame of a walk costs with every technique that a window may use.
+//! `lanternfish-bench walks`: what a frame of a walk costs with every technique that a window may use, and how soon it
+//! follows a lamp.
+
+mod repeat;
+mod step_response;
 
 use std::time::Instant;
 
 use clap::Args;
-use lanternfish::settings::{Preset, Settings, Shadows};
+use lanternfish::settings::{History, Preset, Settings, Shadows};
 use lanternfish_cli::{
     error::CliError,
     output::write_text,
     parse::{self, Frames, Size},
     pass_costs::{columns, dispatches},
-    repeat::Repeat,
     replay::{
         measure::Player,
         plan::Plan,
@@ -18,6 +21,7 @@ use lanternfish_cli::{
     scene::SceneName,
 };
 
+use self::repeat::Repeat;
 use crate::{
     bench::{Bench, RunArgs, is_requested},
     case::Case,
@@ -48,7 +52,8 @@ pub struct WalksArgs {
 /// Passes of a walk on the page.
 const MOST_PASSES: usize = 15;
 
-/// All walks, with what the shot says of exposure and materials, and the fraction of the frames as a divisor: frames of `good` take long.
+/// All walks, with what the shot says of exposure and materials, and the fraction of the frames as a divisor: frames of
+/// `good` take long.
 fn walks(look: &Settings) -> Vec<(Case, u32)> {
     let walk = |name: &str, preset: Option<Preset>, changes: &str, divisor| {
         let settings = preset.map_or_else(Settings::direct_light, Settings::of_preset);
@@ -67,7 +72,8 @@ fn walks(look: &Settings) -> Vec<(Case, u32)> {
     ]
 }
 
-/// True if a walk ends in time after so many seconds of at `most`, if it and the repetition after it take as long as the `longest`.
+/// True if a walk ends in time after so many seconds of at `most`, if it and the repetition after it take as long as
+/// the `longest`.
 fn is_in_time(seconds: f64, longest: f64, most: Option<f64>) -> bool {
     most.is_none_or(|most| seconds + 2.0 * longest <= most)
 }
@@ -93,7 +99,8 @@ pub fn run(args: &WalksArgs) -> Result<(), CliError> {
         bench.with_progress(|progress| player.measure(&mut report, progress))?;
         Ok::<_, CliError>(report)
     };
-    let mut results = Results { args, bench: &bench, walks: Vec::new(), left_out: Vec::new(), repeat: None };
+    let mut results =
+        Results { args, bench: &bench, walks: Vec::new(), left_out: Vec::new(), repeat: None, steps: Vec::new() };
     let mut longest = 0.0_f64;
     for walk in &wanted {
         let began = started.elapsed().as_secs_f64();
@@ -113,6 +120,13 @@ pub fn run(args: &WalksArgs) -> Result<(), CliError> {
     if let Some((name, report)) = results.walks.first().filter(|(name, _)| *name == first.0.name) {
         results.repeat = Some(Repeat::new(name.clone(), ms_of(report), ms_of(&again)));
     }
+    for (walk, _) in wanted.iter().filter(|(walk, _)| walk.settings.history == History::On) {
+        let what = format!("step response: {}", walk.name);
+        match is_in_time(started.elapsed().as_secs_f64(), longest, args.run.seconds) {
+            true => results.steps.push(bench.step("step_response", &what, || step_response::row(&bench, walk))?),
+            false => results.left_out.push(LeftOut { what, reason: "no time left".to_owned() }),
+        }
+    }
     bench.end_progress();
     results.document().write(&bench.folder)
 }
@@ -130,6 +144,7 @@ struct Results<'r> {
     walks: Vec<(String, Report)>,
     left_out: Vec<LeftOut>,
     repeat: Option<Repeat>,
+    steps: Vec<Row>,
 }
 
 impl Results<'_> {
@@ -151,7 +166,7 @@ impl Results<'_> {
         let validation = if has_validation { "validates indirect calls" } else { "does not validate indirect calls" };
         page.introduction(
             &format!("{scene}, {width} × {height}, {lights} lights, {frames} frames; wgpu {validation}"),
-            "mean over frames of the geometric mean over runs, each run after 1.5 s of warm-up on a graphics card",
+            "median over runs of the mean over frames, each run after 1.5 s of warm-up on a graphics card",
         );
         let text = "Idle is the host's frame without its passes. Dispatches are those of the last frame.";
         page.section("A frame of each walk", text, "walks", self.walks.iter().map(row).collect());
@@ -159,6 +174,7 @@ impl Results<'_> {
             page.paragraph(format!("The first walk, measured again at the end: {}.", repeat.text()));
             page.keep_data("repeat", repeat);
         }
+        page.section("A lamp goes out and on again", step_response::TEXT, "step_response", self.steps.clone());
         for (name, report) in &self.walks {
             page.heading(name);
             let clocks = report.clocks.join(" → ");

@@ -1,7 +1,6 @@
 //! Runs one check: renders an image, compares it with its reference, and applies limits.
 
 use std::{
-    cell::OnceCell,
     collections::{HashMap, hash_map::Entry},
     path::{Path, PathBuf},
 };
@@ -21,11 +20,9 @@ use lanternfish_reference::{
 };
 
 use super::{
-    ab,
     checks::Plan,
     report::Figure,
     scenes::{Name, Subject, changed},
-    speed::Extent,
 };
 use crate::{
     error::CliError,
@@ -94,8 +91,8 @@ impl Reference {
     }
 }
 
-/// Limits of the difference between an image and its reference. Each is 1.5 to 2 times the value measured on Mesa's software
-/// adapter, so that another driver's texture filters and rounding pass and a wrong constant fails.
+/// Limits of the difference between an image and its reference. Each is 1.5 to 2 times the value measured on Mesa's
+/// software adapter, so that another driver's texture filters and rounding pass and a wrong constant fails.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Largest mean LDR-FLIP.
@@ -120,13 +117,11 @@ pub struct Bench {
     references: HashMap<(Name, Reference), RgbImage>,
     /// Folder for images and their references.
     images: Option<PathBuf>,
-    /// Rays for variants of the traversal.
-    rays: OnceCell<ab::Subject>,
 }
 
 impl Bench {
     pub fn new(gpu: Gpu, engine: Engine, images: Option<PathBuf>) -> Self {
-        Self { gpu, engine, subjects: HashMap::new(), references: HashMap::new(), images, rays: OnceCell::new() }
+        Self { gpu, engine, subjects: HashMap::new(), references: HashMap::new(), images }
     }
 
     /// The measured values of a check, or the reason why this adapter cannot run it.
@@ -136,14 +131,6 @@ impl Bench {
             Err(Fault::Cannot(reason)) => Ok(Err(reason)),
             Err(Fault::Broken(error)) => Err(error),
         }
-    }
-
-    /// Rays for variants of the traversal.
-    pub fn subject(&self, extent: &Extent) -> Result<&ab::Subject, CliError> {
-        if self.rays.get().is_none() {
-            let _ = self.rays.set(ab::Subject::new(self, extent)?);
-        }
-        Ok(self.rays.get().expect("just set"))
     }
 
     /// True if the device is lost.
@@ -251,7 +238,7 @@ impl Bench {
 }
 
 /// Keys, each with its index.
-pub fn keys(count: u32) -> Vec<(u32, u32)> {
+fn keys(count: u32) -> Vec<(u32, u32)> {
     let mut random = Random::new(5, u64::from(count), 0);
     (0..count).map(|i| ((random.unit() * f64::from(u32::MAX)) as u32, i)).collect()
 }

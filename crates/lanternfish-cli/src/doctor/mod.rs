@@ -1,43 +1,37 @@
-//! `lanternfish doctor`: describes the machine, checks images and measures speed.
+//! `lanternfish doctor`: lists the adapters, checks images and measures rays per second.
 
-mod ab;
 mod checks;
-mod date;
 mod figure;
 mod machine;
 mod measure;
-mod page;
+mod rays;
 mod report;
 mod scenes;
-mod speed;
 mod supervise;
 #[cfg(test)]
 mod tests;
-mod timing;
 
 use std::{
     fs,
     path::{Path, PathBuf},
-    time::{Instant, SystemTime},
+    time::Instant,
 };
 
 use clap::{Args, ValueEnum};
-use lanternfish::shaders::SHADERS;
-use lanternfish_gpu::{AdapterChoice, AdapterDescription, Engine, Gpu, adapters, read_shader_texts};
+use lanternfish::settings::Tracer;
+use lanternfish_gpu::{AdapterChoice, AdapterDescription, Engine, Gpu, adapters};
 
 use self::{
     checks::{Plan, plans},
-    date::date,
     measure::Bench,
     report::{Adapter, Check, FORMAT, Figure, Report, Technique, Verdict},
-    speed::{Extent, Measured},
 };
 use crate::{
     args::adapter,
     error::CliError,
     output::{print, write_text},
-    parse::{self, Size},
     progress::Progress,
+    shaders,
 };
 
 pub const HELP: &str = "\
@@ -54,15 +48,12 @@ pub struct DoctorArgs {
     /// The adapter to check: a part of its name, gpu for a graphics card, cpu for software. Default: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Runs one check of each kind, and fewer timings.
+    /// Runs one check of each kind, and times no tracers through deep images.
     #[arg(long)]
     pub quick: bool,
     /// Also writes the report as JSON. The file exists from the first check on and survives a crash of the driver.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Size of the timed frames. Without it: 1280x720 and 1920x1080, on a software adapter 320x180.
-    #[arg(long, value_name = "WxH", value_parser = parse::size)]
-    pub size: Option<Size>,
     /// Runs one part alone. Repeatable.
     #[arg(long, value_name = "PART", value_enum)]
     pub only: Vec<Part>,
@@ -75,18 +66,9 @@ pub struct DoctorArgs {
     /// Checks the shaders in this folder, the library's `src`, instead of the built-in ones.
     #[arg(long, value_name = "FOLDER")]
     pub shaders: Option<PathBuf>,
-    /// Leaves out measurements that would not end within this time, seconds. The repeated first rows of tables are still measured.
-    #[arg(long, value_name = "SECONDS", hide_short_help = true)]
-    pub seconds: Option<f64>,
-    /// Version of the sources to state in the report.
-    #[arg(long, value_name = "TEXT", hide_short_help = true)]
-    pub commit: Option<String>,
     /// Prints an existing report of --json, and checks nothing.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "seconds", "commit"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "only", "filter", "images", "shaders"])]
     pub read: Option<PathBuf>,
-    /// With --read: prints the report as a Markdown page.
-    #[arg(long, requires = "read")]
-    pub page: bool,
 }
 
 /// A part of the report.
@@ -94,16 +76,14 @@ pub struct DoctorArgs {
 pub enum Part {
     /// Correctness of images
     Checks,
-    /// Speed
+    /// Rays per second
     Speed,
-    /// Variants of ray traversal; only if named
-    Ab,
 }
 
 pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     if let Some(file) = &args.read {
         let report = read(file)?;
-        print(&if args.page { page::to_markdown(&report) } else { report.to_table() })?;
+        print(&report.to_table())?;
         return Ok(exit_code(&report));
     }
     if let Some(folder) = &args.images {
@@ -125,16 +105,11 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
 
 /// Runs the steps that the report in `file` lacks. An existing report comes from a process that a driver ended.
 fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
-    let texts = args.shaders.as_deref().map(read_shader_texts).transpose();
-    let texts = texts.map_err(|what| CliError::new(what, "name the library's folder `src` of a source tree"))?;
+    let texts = args.shaders.as_deref().map(shaders::read).transpose()?;
     let progress = Progress::start(false);
     let before = file.is_file().then(|| read(file)).transpose()?;
     let mut doctor = Doctor::new(args, file, before, &progress)?;
     if let Some(texts) = texts {
-        if !SHADERS.sources().iter().any(|(path, _)| texts.contains_key(*path)) {
-            let what = "--shaders: the folder has none of the library's files";
-            return Err(CliError::new(what, "name the library's folder `src` of a source tree"));
-        }
         lanternfish::shaders::edit(&doctor.bench.engine, texts);
     }
     doctor.examine(args)
@@ -175,11 +150,8 @@ enum Step {
     /// Lists the techniques of an adapter that is not checked, by its index.
     Adapter(usize),
     Check(Plan),
-    Time(speed::Step),
+    Time(Tracer),
 }
-
-/// The reason for measurements beyond `--seconds`.
-const NO_TIME: &str = "no time left";
 
 /// The steps that no process has begun. Marks the last begun step as failed: its process did not finish it.
 fn remaining<'s>(report: &mut Report, steps: &'s [Step]) -> &'s [Step] {
@@ -216,36 +188,23 @@ impl<'a> Doctor<'a> {
         };
         let plans = plans().into_iter().filter(|plan| plan.is_quick || !args.quick);
         let plans = plans.filter(|plan| args.filter.as_ref().is_none_or(|text| plan.matches(text)));
-        let is_software = self.bench.gpu.description.kind == wgpu::DeviceType::Cpu;
-        let extent = Extent::new(is_software, args.quick, args.size.map(|size| [size.width, size.height]));
         let others = (0..self.report.adapters.len()).filter(|number| *number != self.report.chosen);
         let mut steps: Vec<Step> = others.filter(|_| !is_filtered).map(Step::Adapter).collect();
         let adapter_steps = steps.len();
         steps.extend(plans.map(Step::Check).filter(|_| wants(Part::Checks)));
-        steps.extend(extent.steps().into_iter().map(Step::Time).filter(|_| wants(Part::Speed)));
-        steps.extend(extent.variant_steps().into_iter().map(Step::Time).filter(|_| wants(Part::Ab)));
+        steps.extend(rays::tracers(args.quick).into_iter().map(Step::Time).filter(|_| wants(Part::Speed)));
         self.steps = steps.len();
         if steps.len() == adapter_steps {
             return Err(no_such_check());
         }
-        let mut longest = 0.0_f64;
         for step in remaining(&mut self.report, &steps) {
-            if let (Some(most), Step::Time(timed)) = (args.seconds, step)
-                && !timed.is_in_time(self.seconds(), longest, most)
-            {
-                self.report.begun += 1;
-                self.report.not_timed.push((timed.name(), NO_TIME.to_owned()));
-                continue;
-            }
-            let began = self.seconds();
             match step {
                 Step::Adapter(number) => self.adapter(*number)?,
                 Step::Check(plan) => self.check(plan)?,
-                Step::Time(step) => self.time(&extent, step)?,
+                Step::Time(tracer) => self.time(*tracer)?,
             }
             // A killed run keeps the rows so far.
             self.write()?;
-            longest = longest.max(self.seconds() - began);
             if self.bench.is_lost() {
                 return Ok(supervise::LOST);
             }
@@ -284,16 +243,11 @@ impl<'a> Doctor<'a> {
         Ok(())
     }
 
-    fn time(&mut self, extent: &Extent, step: &speed::Step) -> Result<(), CliError> {
-        self.tell(format!("timing: {}", step.name()))?;
-        match step.measure(&self.bench, extent, &self.report) {
-            Ok(Measured { rates, frames, walk_counts, repeats }) => {
-                self.report.rates.extend(rates);
-                self.report.frames.extend(frames);
-                self.report.repeats.extend(repeats);
-                self.report.walk_counts.extend(walk_counts);
-            }
-            Err(error) if !self.bench.is_lost() => self.report.not_timed.push((step.name(), error.what())),
+    fn time(&mut self, tracer: Tracer) -> Result<(), CliError> {
+        self.tell(timing(tracer))?;
+        match self.bench.engine.within(|| rays::trace(&self.bench, tracer)) {
+            Ok(rates) => self.report.rates.extend(rates),
+            Err(error) if !self.bench.is_lost() => self.report.not_timed.push((timing(tracer), error.what())),
             Err(_) => {}
         }
         Ok(())
@@ -307,13 +261,8 @@ impl<'a> Doctor<'a> {
         self.write()
     }
 
-    /// Duration of the run so far, seconds.
-    fn seconds(&self) -> f64 {
-        self.seconds_before + self.started.elapsed().as_secs_f64()
-    }
-
     fn write(&mut self) -> Result<(), CliError> {
-        self.report.seconds = self.seconds();
+        self.report.seconds = self.seconds_before + self.started.elapsed().as_secs_f64();
         write_text(self.file, &self.report.to_json())
     }
 }
@@ -327,8 +276,12 @@ fn mark_ended(report: &mut Report, step: &Step) {
             report.adapters[*number].techniques = vec![technique];
         }
         Step::Check(plan) => report.checks.push(Check { reason: Some(reason), ..plan.check() }),
-        Step::Time(step) => report.not_timed.push((step.name(), reason)),
+        Step::Time(tracer) => report.not_timed.push((timing(*tracer), reason)),
     }
+}
+
+fn timing(tracer: Tracer) -> String {
+    format!("rays through {tracer}")
 }
 
 /// A report with the machine's description, without the techniques of adapters that are not checked.
@@ -342,8 +295,6 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
     Report {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        commit: args.commit.clone(),
-        date: date(SystemTime::now()),
         command: command(args),
         system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         threads: std::thread::available_parallelism().map_or(1, usize::from),
@@ -355,10 +306,7 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
         chosen,
         checks: Vec::new(),
         rates: Vec::new(),
-        frames: Vec::new(),
         not_timed: Vec::new(),
-        repeats: Vec::new(),
-        walk_counts: Vec::new(),
     }
 }
 
@@ -390,7 +338,6 @@ fn command(args: &DoctorArgs) -> String {
         Some(AdapterChoice::Auto) | None => {}
     }
     words.extend(args.quick.then(|| "--quick".to_owned()));
-    words.extend(args.size.map(|size| format!("--size {}x{}", size.width, size.height)));
     words.extend(args.only.iter().filter_map(|part| Some(format!("--only {}", part.to_possible_value()?.get_name()))));
     words.extend(args.filter.as_ref().map(|text| format!("--filter {text:?}")));
     words.extend(args.shaders.as_ref().map(|_| "--shaders FOLDER".to_owned()));

@@ -1,17 +1,13 @@
 //! The report of `lanternfish doctor`, as JSON and as a table.
 
-mod rows;
-
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::rows::{Rate, Timed};
-use super::ab::WalkCount;
-use crate::{repeat::Repeat, warm::NO_CLOCKS};
+use crate::timed::Timed;
 
 /// Version of the JSON format, increased when a field changes its meaning.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The complete report. It names hardware, driver and system, but neither the user nor the host name.
 #[derive(Debug, Serialize, Deserialize)]
@@ -19,10 +15,6 @@ pub struct Report {
     pub format: u32,
     /// Version of this program.
     pub version: String,
-    /// Version of the sources, from --commit.
-    pub commit: Option<String>,
-    /// Date of the run, UTC, as 2026-01-31.
-    pub date: String,
     /// The command line of the run.
     pub command: String,
     /// Operating system and processor architecture.
@@ -42,15 +34,8 @@ pub struct Report {
     pub chosen: usize,
     pub checks: Vec<Check>,
     pub rates: Vec<Rate>,
-    pub frames: Vec<Timed>,
-    /// Steps that could not be timed: name and reason.
+    /// Tracers that could not be timed: name and reason.
     pub not_timed: Vec<(String, String)>,
-    /// The first rows of tables, measured again at the end.
-    #[serde(default)]
-    pub repeats: Vec<Repeat>,
-    /// Nodes, triangles and active lanes of rays, by list.
-    #[serde(default)]
-    pub walk_counts: Vec<WalkCount>,
 }
 
 /// An adapter of the machine.
@@ -69,8 +54,7 @@ pub struct Adapter {
     pub features: Vec<(String, bool)>,
     /// Limits on scenes and images, in bytes or as counts.
     pub limits: Vec<(String, u64)>,
-    /// The rasterizer snaps vertices to 2ⁿ points a pixel along each axis. None in reports of older versions.
-    #[serde(default)]
+    /// The rasterizer snaps vertices to 2ⁿ points a pixel along each axis. None of adapters that were not opened.
     pub subpixel_bits: Option<u32>,
     /// All techniques and tracers, each with the reason why it cannot run, if any.
     pub techniques: Vec<Technique>,
@@ -141,6 +125,15 @@ pub enum Verdict {
     LeftOut,
 }
 
+/// Rays per second of a tracer.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Rate {
+    /// The tracer, and the order of the rays.
+    pub name: String,
+    /// Million closest hits a second, by run.
+    pub mrays_per_second: Timed,
+}
+
 /// A measured value and its limits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
@@ -172,17 +165,11 @@ impl Report {
         self.checks.iter().filter(|check| check.verdict == Verdict::Failed)
     }
 
-    /// Passes with a single command over [`WATCHDOG_MS`]: frame, pass, milliseconds.
-    pub fn slow_passes(&self) -> Vec<(&str, &str, f64)> {
-        let slow = self.frames.iter().flat_map(|frame| frame.over_watchdog.iter().map(move |pass| (frame, pass)));
-        slow.map(|(frame, (pass, ms))| (frame.name.as_str(), pass.as_str(), *ms)).collect()
-    }
-
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
     }
 
-    /// The report as a table: machine, failed checks, speed.
+    /// The report as a table: machine, checks, rays per second.
     pub fn to_table(&self) -> String {
         let mut text = String::new();
         for (i, adapter) in self.adapters.iter().enumerate() {
@@ -216,9 +203,9 @@ impl Report {
             text += "\nCorrectness: images compared with a path tracer on the CPU, unless stated otherwise.\n";
             self.write_checks(&mut text);
         }
-        if !self.rates.is_empty() || !self.frames.is_empty() {
-            text += "\nSpeed: medians, with least and most of the runs.\n";
-            self.write_speed(&mut text);
+        if !self.rates.is_empty() || !self.not_timed.is_empty() {
+            text += "\nClosest hits in the atrium, million rays a second: median, least and most of the runs.\n";
+            self.write_rates(&mut text);
         }
         let (failed, left_out) = (self.failures().count(), self.count(Verdict::LeftOut));
         let passed = self.count(Verdict::Passed);
@@ -240,13 +227,6 @@ impl Report {
         text
     }
 
-    /// The clocks of all rows, without repetitions.
-    pub fn clocks(&self) -> impl Iterator<Item = &str> {
-        let all = self.rates.iter().map(|rate| &rate.clocks).chain(self.frames.iter().map(|frame| &frame.clocks));
-        let mut last = "";
-        all.flatten().map(String::as_str).filter(move |clocks| std::mem::replace(&mut last, clocks) != *clocks)
-    }
-
     fn count(&self, verdict: Verdict) -> usize {
         self.checks.iter().filter(|check| check.verdict == verdict).count()
     }
@@ -265,67 +245,16 @@ impl Report {
         }
     }
 
-    fn write_speed(&self, text: &mut String) {
-        for rate in &self.rates {
-            let _ = writeln!(
-                text,
-                "  {:<48}{:>10.3} {} ({:.3} to {:.3}, {} runs){}",
-                rate.name,
-                rate.median,
-                rate.unit,
-                rate.least,
-                rate.most,
-                rate.runs,
-                if rate.differs_from(&self.rates) { " OTHER RESULTS" } else { "" }
-            );
-        }
-        for frame in &self.frames {
-            let name = format!("{}, {} lights, {} x {}", frame.name, frame.lights, frame.width, frame.height);
-            if let Some(reason) = &frame.reason {
-                let _ = writeln!(text, "  {name:<48}left out: {reason}");
-                continue;
-            }
-            let mut slowest: Vec<_> = frame.passes.iter().collect();
-            slowest.sort_by(|a, b| b.1.total_cmp(&a.1));
-            let slowest: Vec<_> = slowest.iter().take(3).map(|(name, ms)| format!("{name} {ms:.1}")).collect();
-            let clock = if frame.is_wall { " (host clock)" } else { "" };
-            let _ = writeln!(
-                text,
-                "  {name:<48}{:>10.2} ms{clock} ({:.2} to {:.2}, {} runs); most: {}",
-                frame.median_ms,
-                frame.least_ms,
-                frame.most_ms,
-                frame.runs,
-                slowest.join(", ")
-            );
-            if !frame.costs.is_empty() {
-                let _ = writeln!(text, "  {:<48}{}", "", frame.extent());
-            }
+    fn write_rates(&self, text: &mut String) {
+        for Rate { name, mrays_per_second: rate } in &self.rates {
+            let (median, least, most, runs) = (rate.median(), rate.least(), rate.most(), rate.runs.len());
+            let _ = writeln!(text, "  {name:<32}{median:>10.3} ({least:.3} to {most:.3}, {runs} runs)");
         }
         for (what, why) in &self.not_timed {
-            let _ = writeln!(text, "  {what:<48}left out: {why}");
-        }
-        for count in &self.walk_counts {
-            let _ = writeln!(text, "  {}", count.text());
-        }
-        for repeat in &self.repeats {
-            let _ = writeln!(text, "  measured again: {}", repeat.text());
-        }
-        let clocks: Vec<_> = self.clocks().collect();
-        let clocks = if clocks.is_empty() { NO_CLOCKS.to_owned() } else { clocks.join(" | ") };
-        let _ = writeln!(text, "  clocks: {clocks}");
-        for (frame, pass, ms) in self.slow_passes() {
-            let _ = writeln!(
-                text,
-                "  over {:.0} s, a display driver may stop it: {pass}, {ms:.0} ms ({frame})",
-                WATCHDOG_MS / 1e3
-            );
+            let _ = writeln!(text, "  {what:<32}left out: {why}");
         }
     }
 }
-
-/// A display driver stops a command that takes longer, with usual settings, ms.
-pub const WATCHDOG_MS: f64 = 2000.0;
 
 fn line(text: &mut String, name: &str, value: impl std::fmt::Display) {
     let _ = writeln!(text, "{name:<16}{value}");
@@ -336,7 +265,7 @@ fn listed(names: &[&str]) -> String {
 }
 
 /// Formats a value and its limits: `energy 1.002 (0.98 to 1.02)`.
-pub fn figure(figure: &Figure) -> String {
+fn figure(figure: &Figure) -> String {
     let Figure { name, value, least, most } = figure;
     let mark = if figure.passes() { "" } else { " OUT OF LIMITS" };
     match (*least, *most) {

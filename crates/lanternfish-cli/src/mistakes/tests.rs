@@ -135,6 +135,11 @@ fn flags_and_forms_of_other_programs() {
         ("help beauty", "lanternfish beauty | there are: render, view"),
         ("help render quality", "lanternfish render quality"),
         ("doctor --filter nothing", "no check has such a group"),
+        // Gone.
+        ("doctor --read a.json --page", "--read FILE prints a report as a table"),
+        ("doctor --only ab", "`lanternfish replay SCENE --pair A B`"),
+        ("doctor --seconds 9", "`lanternfish-bench walks` times frames"),
+        ("replay demo:cornell --compare before/report.json", "`lanternfish replay SCENE --pair A B`"),
     ] {
         place.refuses(&[(words, tip)]);
         assert!(!place.run(words).unwrap_err().contains("as a value"), "{words}");
@@ -330,8 +335,9 @@ fn shots() {
         ("farm %walk.toml --frames 1-2 --chunk 0", "--chunk"),
         // A job refuses files outside its folder.
         ("farm %walk.toml --frames 1-24 -o %shots/job.yaml", "not in the job's folder"),
-        ("replay %walk.toml --compare %nothing.json", "nothing.json"),
-        ("replay %walk.toml --matters -1", "expected 0 to 1000 percent"),
+        ("replay %walk.toml --pair --shadows", "2 values required"),
+        ("replay %walk.toml --pair --shadows=soft --shadows=bvh", "--pair --shadows=soft | soft"),
+        ("replay %walk.toml --pair --runs=3 --shadows=bvh", "--pair --runs=3 | --runs"),
         ("replay %walk.toml --runs 0", "0"),
         ("replay %walk.toml --time 1", "unexpected argument"),
         ("doctor --read %key.toml", "key.toml | lanternfish doctor --json"),

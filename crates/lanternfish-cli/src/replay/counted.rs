@@ -1,16 +1,17 @@
-//! Counters and images of a frame, which depend on the simulation and not on timing: one run of it [VanGelderen2020, §6.1.1].
+//! Counters and images of a frame, which depend on the simulation and not on timing: one run of it [VanGelderen2020,
+//! §6.1.1].
 
 use std::collections::BTreeMap;
 
 use bytemuck::cast_slice;
 use lanternfish::{RenderedImage, light_culling::clustered::GridContents};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// Counters and image hash of a frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counted {
     /// A hash of every bit of its images, radiance and display, of all eyes.
-    #[serde(rename = "image", alias = "picture")]
+    #[serde(rename = "image")]
     pub rendering: String,
     /// Counters summed over the eyes, by name.
     pub counters: BTreeMap<String, u64>,
@@ -19,7 +20,7 @@ pub struct Counted {
 }
 
 /// Statistics of the clusters of all grids.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Clusters {
     /// Clusters with visible fragments.
     pub visible: u64,

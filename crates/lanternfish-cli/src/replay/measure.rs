@@ -1,17 +1,24 @@
 //! Plays the frames: once to count, then several times to measure.
 //!
-//! Counting reads images and lists back, which takes time. So counting and timing are separate, and timed runs read back
-//! nothing [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the renderer
-//! sets capacities.
+//! Counting reads images and lists back, which takes time. So counting and timing are separate, and timed runs read
+//! back nothing [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the
+//! renderer sets capacities.
 
 use std::{collections::BTreeMap, time::Instant};
 
 use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
-use lanternfish_gpu::{Gpu, PassCommands};
+use lanternfish_gpu::{Engine, Gpu, PassCommands};
 use lanternfish_scene::{Camera, Eyes};
 
 use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
-use crate::{error::CliError, parse::Size, pass_costs::pass_costs, progress::Progress, report::settings_by_name, warm};
+use crate::{
+    error::CliError,
+    parse::Size,
+    pass_costs::pass_costs,
+    progress::{Bar, Progress},
+    report::settings_by_name,
+    warm,
+};
 
 /// Most submissions of a frame until its lists fit.
 const TRIES: usize = 32;
@@ -40,9 +47,13 @@ pub struct Times {
 impl<'a> Player<'a> {
     /// Compiles the shaders and uploads the scene.
     pub fn new(gpu: &'a Gpu, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
+        Self::with_engine(gpu, &Engine::new(&gpu.device, &gpu.queue), plan, progress)
+    }
+
+    /// As [`Self::new`], with the shaders of this engine.
+    pub fn with_engine(gpu: &'a Gpu, engine: &Engine, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
         let settings = plan.settings.for_scene(&plan.scene);
-        let renderer =
-            progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings))?;
+        let renderer = progress.step("compile", "Compiling shaders", || Renderer::with_engine(engine, settings))?;
         let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&plan.scene))?;
         Ok(Self { gpu, plan, renderer, uploaded })
     }
@@ -118,26 +129,29 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Times every frame in `runs` equal runs, each after a warm-up with the first frame.
+    /// Times every frame in `runs` equal runs.
     pub fn time(&mut self, runs: usize, progress: &mut Progress) -> Result<Times, CliError> {
-        let (bar, frames) = (progress.bar(), self.plan.frames());
-        progress.step("time", "Timing", || {
-            let mut times = Times::default();
-            for run in 0..runs {
-                self.bring(0)?;
-                let cameras = self.plan.cameras(0)?;
-                times.clocks.extend(self.warm_up(&cameras)?);
-                for frame in 0..frames {
-                    bar.show_left(
-                        (run * frames + frame) as f64 / (runs * frames) as f64,
-                        format!("run {} of {runs}, frame {frame} of {frames}", run + 1),
-                    );
-                    self.frame(&mut times, run, frame)?;
-                }
-            }
-            times.passes.iter_mut().chain(&mut times.host).for_each(|series| series.fill(runs, frames));
-            Ok(times)
-        })
+        let (bar, mut times) = (progress.bar(), Times::default());
+        let all = || (0..runs).try_for_each(|run| self.run(&mut times, run, runs, &bar));
+        progress.step("time", "Timing", all)?;
+        Ok(times)
+    }
+
+    /// Adds the run of number `run` of `runs`: every frame once, after a warm-up with the first.
+    pub(crate) fn run(&mut self, times: &mut Times, run: usize, runs: usize, bar: &Bar) -> Result<(), CliError> {
+        let frames = self.plan.frames();
+        self.bring(0)?;
+        let cameras = self.plan.cameras(0)?;
+        times.clocks.extend(self.warm_up(&cameras)?);
+        for frame in 0..frames {
+            bar.show_left(
+                (run * frames + frame) as f64 / (runs * frames) as f64,
+                format!("run {} of {runs}, frame {frame} of {frames}", run + 1),
+            );
+            self.frame(times, run, frame)?;
+        }
+        times.passes.iter_mut().chain(&mut times.host).for_each(|series| series.fill(run + 1, frames));
+        Ok(())
     }
 
     /// Renders these views until the device is warm.

@@ -3,15 +3,16 @@
 //! 1. Plan ([`plan`]): a shot's frames, or a recording of camera input, at fixed times.
 //! 2. Count: one run that reads back counters, clusters and images ([`counted`]).
 //! 3. Time: equal runs without readback ([`measure`], [`series`]).
-//! 4. Write the results ([`report`], [`page`]), and compare them with an earlier replay (`compare`).
+//! 4. Write the results ([`report`], [`page`]).
+//!
+//! `--pair` times two variants in turn instead (`pair`).
 
 pub mod category;
-mod compare;
 pub mod counted;
 pub mod measure;
 pub mod page;
+mod pair;
 pub mod plan;
-mod rank_sum;
 pub mod report;
 pub mod series;
 
@@ -42,16 +43,16 @@ Examples:
     lanternfish replay docs/tracks/atrium.toml --frames 8 --runs 1 --size 320x180
   Time and counters of every frame of a walk:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
-  Check whether a change made a pass slower:
-    lanternfish replay docs/tracks/sponza.toml --runs 7 -o after --compare before/report.json
+  Two settings in turn, and the shaders of another checkout with those of this one: ratios of their times:
+    lanternfish replay docs/tracks/sponza.toml --pair '--direct all' '--direct sampled'
+    lanternfish replay docs/tracks/sponza.toml --pair ../before/crates/lanternfish/src crates/lanternfish/src
   Record a walk in the window, and replay it:
     lanternfish view scene.glb --record walk.toml
     lanternfish replay walk.toml
   Twenty frames of rain through a scene that has no track:
     lanternfish replay demo:cornell --lights rain:1000 --frames 0-19
 
-Exits with 0, with 1 if --compare finds a pass that became slower, and with 2 after an error.
-The last line of standard output is the page's path.";
+The last line of standard output is the page's path. --pair prints a table and writes no file.";
 
 /// Number of frames that take long without a graphics card.
 const MANY_FRAMES: usize = 200;
@@ -65,23 +66,18 @@ pub(crate) struct ReplayArgs {
     /// The folder for the report. It is created if missing.
     #[arg(id = "replay_output", short = 'o', long = "output", value_name = "FOLDER", default_value = "replay")]
     pub output: PathBuf,
-    /// Number of timed runs. More: less noise in the least times, and --compare detects smaller changes.
+    /// Number of timed runs. More: less noise in the least times, and narrower intervals.
     #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub runs: u32,
-    /// Lists the passes that are slower than in an earlier report.json, and exits with 1 if there are any.
-    #[arg(long, value_name = "OLD.json")]
-    pub compare: Option<PathBuf>,
-    /// Least slowdown of a pass that --compare reports, percent, however significant.
-    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = percent, allow_hyphen_values = true)]
-    pub matters: f64,
+    /// Times two variants in turn: flags in quotes, or folders with the library's shaders.
+    ///
+    /// Flags of a variant come after those outside. A folder is `crates/lanternfish/src` of any checkout. Prints a table of
+    /// ratios, and writes no file.
+    #[arg(long, num_args = 2, value_names = ["A", "B"], allow_hyphen_values = true)]
+    pub pair: Vec<String>,
     /// The flags of `render` that apply here.
     #[command(flatten)]
     pub shared: SharedFlags<SimulationArgs>,
-}
-
-fn percent(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number.filter(|x| (0.0..=1000.0).contains(x)).ok_or_else(|| "expected 0 to 1000 percent".to_owned())
 }
 
 /// The flags of `render` that define the simulation and its rendering.
@@ -98,9 +94,11 @@ impl Selection for SimulationArgs {
     }
 }
 
-/// Replays, prints the results and returns the exit code.
-pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
-    let old = args.compare.as_deref().map(Report::read).transpose()?;
+/// Replays and prints the results.
+pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> {
+    if !args.pair.is_empty() {
+        return pair::run(args, said);
+    }
     let (shot, recorded) = simulation(&args.scene, said)?;
     fs::create_dir_all(&args.output).map_err(|error| {
         CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be created")
@@ -110,21 +108,9 @@ pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> 
     output::write_text(&file("report.json"), &report.to_json())?;
     output::write_text(&file("passes.csv"), &report.passes_csv())?;
     output::write_text(&file("counts.csv"), &report.counts_csv())?;
-    let compared = old.map(|old| compare::compare(&old, &report, args.matters / 100.0));
-    let table = match &compared {
-        Some(Ok(compared)) => compared.to_table(),
-        _ => String::new(),
-    };
     let page = file("report.html");
-    output::write_text(&page, &page::html(&report, &table))?;
-    let code = match compared {
-        Some(Err(error)) => return Err(error),
-        Some(Ok(compared)) if compared.slower().next().is_some() => 1,
-        _ => 0,
-    };
-    let text = format!("{}{table}{}\n", page::summary(&report), page.display());
-    output::print(&text)?;
-    Ok(code)
+    output::write_text(&page, &page::html(&report))?;
+    output::print(&format!("{}{}\n", page::summary(&report), page.display()))
 }
 
 /// Times, seconds, and cameras of frames.

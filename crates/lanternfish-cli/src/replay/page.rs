@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::{category::Category, report::ALL_PASSES, report::Report, series::Estimate, series::median_ranks};
+use super::{category::Category, report::ALL_PASSES, report::Report, series::Estimate};
 use crate::{
     pass_costs::{columns, dispatches},
     plot::{Area, Axis, Curve, curves, escaped, heat_map, stacked},
     report::grouped,
+    timed::median_ranks,
     warm::NO_CLOCKS,
 };
 
@@ -15,8 +16,8 @@ const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem aut
                      table{border-collapse:collapse}td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}\
                      td:first-child,th:first-child{text-align:left}pre{overflow-x:auto;background:#f4f4f4;padding:.6rem}";
 
-/// The page. `compared` is the table of a comparison, or empty.
-pub(crate) fn html(report: &Report, compared: &str) -> String {
+/// The page.
+pub(crate) fn html(report: &Report) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Replay of {title}</title><style>{STYLE}</style></head>\
          <body>\n<h1>Replay of {title}</h1>\n<p>{}</p>\n",
@@ -24,9 +25,6 @@ pub(crate) fn html(report: &Report, compared: &str) -> String {
         title = escaped(&report.source),
     );
     let mut add = |text: &str| writeln!(page, "{text}").expect("String");
-    if !compared.is_empty() {
-        add(&format!("<h2>Comparison</h2>\n<pre>{}</pre>", escaped(compared)));
-    }
     add("<h2>Times</h2>");
     add(&format!("<p>{}</p>", escaped(&times(report))));
     for plot in time_plots(report) {
@@ -58,7 +56,7 @@ pub(crate) fn summary(report: &Report) -> String {
     text + &extent(report)
 }
 
-/// Dispatches and memory, or nothing for an old report.
+/// Dispatches and memory, if they were measured.
 fn extent(report: &Report) -> String {
     let Some((frame, device)) = report.memory else { return String::new() };
     let mib = |bytes: u64| format!("{:.0} MiB", bytes as f64 / f64::from(1 << 20));
@@ -83,9 +81,9 @@ fn conditions(report: &Report) -> String {
 fn times(report: &Report) -> String {
     let (_, _, level) = median_ranks(report.runs);
     format!(
-        "Plots show the least of all runs, pass by pass and frame by frame: what a frame takes where nothing disturbs it. In passes.csv the \
-         median of all possible runs lies between low and high with a probability of {:.1} %. In the table, ms is the mean over frames of \
-         the geometric mean over runs; in 19 of 20 cases that of another replay lies in the interval beside it.",
+        "Plots show the least of all runs, pass by pass and frame by frame: what a frame takes where nothing disturbs it. In the table, ms is \
+         the median over runs of the mean over frames. The median of all possible runs lies between low and high, there and in passes.csv, \
+         with a probability of {:.1} %.",
         100.0 * level
     )
 }
@@ -178,9 +176,9 @@ fn count_plots(report: &Report) -> Vec<String> {
     ]
 }
 
-/// The expected result of another replay, pass by pass.
+/// The times, pass by pass.
 fn table(report: &Report) -> String {
-    let mut text = "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>19 of 20 replays</th>\
+    let mut text = "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>low to high</th>\
                     <th>dispatches</th><th>rays</th><th>Mrays/s</th></tr>\n"
         .to_owned();
     let all = report.all_passes();
@@ -209,11 +207,11 @@ mod tests {
     fn the_page_is_self_contained_and_complete() {
         let mut report = report(vec![vec![1.0, 2.0, 1.0]; 3], vec![vec![3.0, 4.0, 3.0]; 3]);
         report.source = "a<b>.toml".to_owned();
-        let page = html(&report, "pass  slower <1>\n");
+        let page = html(&report);
         for outside in ["http-equiv", "src=", "href=", "<script", "url(", "@import"] {
             assert!(!page.contains(outside), "{outside}");
         }
-        assert!(page.contains("a&lt;b&gt;.toml") && page.contains("slower &lt;1&gt;") && !page.contains("NaN"));
+        assert!(page.contains("a&lt;b&gt;.toml") && !page.contains("NaN"));
         assert_eq!((page.matches("<svg").count(), page.matches("</svg>").count()), (8, 8));
         let cost = "<td>3 (1 indirect)</td><td>2,000</td><td>";
         let memory = "3 (1 indirect) dispatches in the last frame; memory of frames 3 MiB, of the device 5 MiB; clocks run by run: 1980 MHz";
@@ -222,7 +220,7 @@ mod tests {
         }
         assert!(page.contains("75.0 %"), "three runs hold the median at 75 %");
         report.frames.iter_mut().for_each(|frame| frame.clusters = None);
-        assert!(html(&report, "").contains("Lights in all lists"));
+        assert!(html(&report).contains("Lights in all lists"));
     }
 
     #[test]
@@ -231,7 +229,7 @@ mod tests {
         (report.passes, report.host) = (Vec::new(), report.passes);
         report.host[0].name = "host/frame".to_owned();
         report.estimate();
-        let page = html(&report, "");
+        let page = html(&report);
         assert!(page.ends_with("</html>\n") && !page.contains("NaN") && !page.contains("inf"), "{page}");
         assert!(summary(&report).contains("host/frame: 1.000 ms per frame"), "{}", summary(&report));
     }

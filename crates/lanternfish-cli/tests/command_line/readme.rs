@@ -26,7 +26,8 @@ fn commands(text: &str) -> Vec<&str> {
     lines.chain(text.split('`').filter(is_command)).collect()
 }
 
-/// The words of a command after the program's name, with files that are in the test's folder, and so small that it ends in seconds.
+/// The words of a command after the program's name, with files that are in the test's folder, and so small that it ends
+/// in seconds.
 fn small(command: &str) -> Vec<String> {
     let least =
         [("--size", "32x18"), ("--accumulate", "2"), ("--orbit", "2"), ("--until-error", "0.5"), ("--spp", "1")];
@@ -78,9 +79,8 @@ fn gpu_the_readmes_commands_run(_gpu: &Gpu) {
     for command in commands {
         let words = small(command);
         match words[0].as_str() {
-            // A window, and the doctor's rates, have tests of their own.
+            // A window has tests of its own.
             "view" => {}
-            "doctor" if words.iter().any(|word| word == "--only") => {}
             "papers" if testing::shared("gpu_the_readmes_commands_run", "assets/sponza/Sponza.glb").is_none() => {}
             _ => drop(run(folder.path(), &words)),
         }

@@ -22,8 +22,9 @@ gpu_struct! {
 }
 
 impl TracedRay {
-    /// A ray along `direction` (unit) that ignores surfaces nearer than `offset`, m. `image`: index of the image with the nearest
-    /// direction, for tracers through images of directions; `is_reversed`: the image is traversed backwards.
+    /// A ray along `direction` (unit) that ignores surfaces nearer than `offset`, m. `image`: index of the image with
+    /// the nearest direction, for tracers through images of directions; `is_reversed`: the image is traversed
+    /// backwards.
     pub fn new(origin: Vec3, direction: Vec3, offset: f32, image: u32, is_reversed: bool) -> Self {
         Self { origin, image_and_side: 2 * image + u32::from(is_reversed), direction, offset }
     }
@@ -60,8 +61,9 @@ impl RayTracer {
         Ok(storage_buffer_of(device, "rays/list", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Records a pass that writes the distance of each of `count` rays, m; −1 on a miss. `structure`: the one that the tracer traverses, if
-    /// it has any. An error if the device lacks a feature of the tracer, or the scene was not uploaded for it.
+    /// Records a pass that writes the distance of each of `count` rays, m; −1 on a miss. `structure`: the one that the
+    /// tracer traverses, if it has any. An error if the device lacks a feature of the tracer, or the scene was not
+    /// uploaded for it.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -88,7 +90,6 @@ impl RayTracer {
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        // Edited shaders may have groups of another size.
         let groups = workgroups_of(count, kernel.workgroup_size()[0]);
         let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch(kernel, bindings, groups);
         match structure {

@@ -8,11 +8,7 @@ use lanternfish::{
     techniques::{Assignment, ClusterShape},
 };
 use lanternfish_cli::{
-    error::CliError,
-    images::differing,
-    replay::counted::histogram,
-    report::grouped,
-    times::{counter, medians},
+    error::CliError, images::differing, replay::counted::histogram, report::grouped, timed::Timed, times::counter,
 };
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
@@ -55,7 +51,8 @@ pub struct Measured {
     pub counts: Counts,
     /// Median time of each step over the runs, ms.
     pub ms: Steps,
-    /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights and views.
+    /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights
+    /// and views.
     pub differing_pixels: usize,
     /// What the clusters of one view hold.
     #[serde(skip)]
@@ -168,7 +165,7 @@ impl ClusterBench<'_> {
         let mut contents = renderer.cluster_contents()?;
         let counts = counts(&images, &contents);
         contents.retain(|_| views == Views::Mono);
-        let ms = medians(self.bench.runs, || {
+        let ms = Timed::each(self.bench.runs, || {
             let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
             Ok::<_, RenderError>(Steps::of(passes).0)
         })?;
@@ -182,15 +179,15 @@ impl ClusterBench<'_> {
             views,
             assignment,
             counts,
-            ms: Steps(ms),
+            ms: Steps(ms.map(|times| times.median())),
             differing_pixels,
             contents,
         })
     }
 }
 
-/// Number of tests of every light against every visible cluster, from the row with these clusters, lights and views. `None` if there is
-/// no such row.
+/// Number of tests of every light against every visible cluster, from the row with these clusters, lights and views.
+/// `None` if there is no such row.
 fn tests_of_all<'r>(
     mut rows: impl Iterator<Item = &'r Measured>,
     clusters: &str,

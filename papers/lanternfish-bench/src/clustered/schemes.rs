@@ -9,7 +9,8 @@ use lanternfish_cli::{
     error::CliError,
     images::differing,
     report::grouped,
-    times::{counter, medians, ms_of},
+    timed::Timed,
+    times::{counter, ms_of},
 };
 use lanternfish_papers::RasterGrid;
 use lanternfish_scene::{Camera, Scene};
@@ -74,11 +75,11 @@ pub fn measure(
             let mut frame = || renderer.render(&uploaded, camera, [width, height]);
             let result = bench.step("schemes", &what, || {
                 let image = frame()?;
-                let times = medians(bench.runs, || {
+                let times = Timed::each(bench.runs, || {
                     let passes = frame()?.report.passes;
                     Ok::<_, RenderError>(["light_culling/", "shading/"].map(|folder| ms_of(&passes, folder)))
                 })?;
-                Ok::<_, RenderError>((image, times))
+                Ok::<_, RenderError>((image, times.map(|times| times.median())))
             });
             match result {
                 Ok((image, times)) => {

@@ -8,10 +8,7 @@ use lanternfish::{
     rays::{RayTracer, TracedRay},
     settings::Tracer,
 };
-use lanternfish_cli::{
-    error::CliError,
-    times::{least, ms_of},
-};
+use lanternfish_cli::{error::CliError, timed::Timed, times::ms_of};
 use lanternfish_gpu::{Frame, read_back};
 use lanternfish_papers::{DeepImageSettings, deep_images::DeepImages};
 
@@ -74,8 +71,9 @@ impl DeepBench {
         let is_query = through == Tracer::RAY_QUERY;
         let scene = self.with_ray_query.as_ref().filter(|_| is_query).unwrap_or(&self.uploaded);
         let scene = Rc::clone(scene);
-        let runs = self.bench.runs;
-        Ok(least(runs, || self.distances(through, &scene, images, rays), |(ms, _)| *ms)?.1)
+        self.distances(through, &scene, images, rays)?;
+        let (times, distances) = Timed::fastest(self.bench.runs, || self.distances(through, &scene, images, rays))?;
+        Ok((times.least(), distances))
     }
 
     /// Milliseconds, and how far rays go, m; negative where they hit nothing.

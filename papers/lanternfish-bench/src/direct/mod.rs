@@ -1,14 +1,13 @@
 //! `lanternfish-bench direct`: direct light from a fixed number of shadow rays, compared with a ray to every light.
 
 mod frames;
-mod motion;
 mod price;
 
 use clap::Args;
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Settings};
 use lanternfish_cli::error::CliError;
-use lanternfish_scene::{Camera, generate::light_rain};
+use lanternfish_scene::generate::light_rain;
 
 use crate::{
     bench::{Bench, RunArgs, is_requested},
@@ -27,13 +26,13 @@ pub struct DirectArgs {
     /// Greatest of these numbers at which every light gets a ray, too. More: slower.
     #[arg(long, value_name = "N", default_value_t = 1000)]
     all_up_to: u32,
-    /// Frames of the mean, and of the walk.
+    /// Frames of the mean.
     #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(4..=4096))]
     frames: u32,
-    /// Measure only the table of this name: price, frame or motion. Repeatable.
+    /// Measure only the table of this name: price or frame. Repeatable.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// For the tables of frames and of motion: so many lights whose ranges do not end in place of the scene's own.
+    /// For the table of frames: so many lights whose ranges do not end in place of the scene's own.
     #[arg(long, value_name = "N")]
     unlimited: Option<u32>,
     #[command(flatten)]
@@ -45,21 +44,26 @@ struct DirectLight {
     bench: Bench,
     /// The scene without emission, which a ray to every light does not sample.
     view: View,
-    cameras: Vec<Camera>,
     frames: u32,
 }
 
 /// Measures and writes the report.
 pub fn run(args: &DirectArgs) -> Result<(), CliError> {
+    if let Some(other) =
+        args.only.iter().find(|only| !["price", "frame"].iter().any(|name| name.contains(only.as_str())))
+    {
+        let hint = "there are price and frame; `lanternfish-bench probes --only motion` measures a walk";
+        return Err(CliError::new(format_args!("{other}: there is no such table"), hint));
+    }
     let bench = Bench::start(&args.run, "direct", "Direct light", Some(&args.subject.scene))?;
-    let (mut view, cameras) = View::load(&args.subject, true, &bench)?;
+    let (mut view, _) = View::load(&args.subject, true, &bench)?;
     view.scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     if let Some(count) = args.unlimited {
         view = unlimited(&view, count);
     }
     bench.facts(view.facts());
     bench.report().introduction(&view.text(), &format!("least of {} runs", args.run.runs));
-    let of = DirectLight { bench, view, cameras, frames: args.frames };
+    let of = DirectLight { bench, view, frames: args.frames };
     if is_requested(&args.only, "price") {
         let rows = of.prices(&args.counts, args.all_up_to)?;
         of.bench.section("Price by number of lights", price::TEXT, "prices", rows);
@@ -67,10 +71,6 @@ pub fn run(args: &DirectArgs) -> Result<(), CliError> {
     if is_requested(&args.only, "frame") {
         let rows = of.one_frame()?;
         of.bench.section("One frame, and the mean of many", frames::TEXT, "frames", rows);
-    }
-    if is_requested(&args.only, "motion") {
-        let rows = of.walks()?;
-        of.bench.section("In motion", motion::TEXT, "motion", rows);
     }
     of.bench.finish()
 }
@@ -92,7 +92,8 @@ fn cases(look: &Settings, is_wanted: impl Fn(&str) -> bool) -> Vec<Case> {
     wanted.map(|(name, changes)| Case::of(look, name, changes)).collect()
 }
 
-/// The view of the scene with `count` lights in place of its own, whose ranges do not end. All together are as bright at any number.
+/// The view of the scene with `count` lights in place of its own, whose ranges do not end. All together are as bright
+/// at any number.
 fn unlimited(view: &View, count: u32) -> View {
     let bounds = view.scene.bounds();
     let mut lights = light_rain(&bounds, count, Some(1.0), 0, 0.0);

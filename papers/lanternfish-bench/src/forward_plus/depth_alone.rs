@@ -1,10 +1,12 @@
-//! Shadow rays by depth alone [Elagabani2025, ch. 6]: what a frame without a surface target saves, and which pixels change.
+//! Shadow rays by depth alone [Elagabani2025, ch. 6]: what a frame without a surface target saves, and which pixels
+//! change.
 
 use lanternfish::RenderedImage;
 use lanternfish_cli::{
     error::CliError,
     images::{differing, energy},
-    times::{counter, frame_time, medians, ms_of},
+    timed::Timed,
+    times::{counter, frame_time, ms_of},
 };
 
 use super::{ForwardPlus, declared};
@@ -44,11 +46,12 @@ impl ForwardPlus {
     ) -> Result<Row, CliError> {
         let mut stage = self.bench.stage(&self.view.scene, settings)?;
         let image = stage.frame(&self.view)?;
-        let [frame_ms, prepass_ms, shadow_ms] = medians(self.bench.runs.max(WARM_UP), || {
+        let times = Timed::each(self.bench.runs.max(WARM_UP), || {
             let (ms, image) = frame_time(|| stage.frame(&self.view))?;
             let of = |pass| ms_of(&image.report.passes, pass);
             Ok::<_, CliError>([ms, of("prepass"), of("shadows/trace")])
         })?;
+        let [frame_ms, prepass_ms, shadow_ms] = times.map(|times| times.median());
         self.bench.write(&format!("depth alone, {name}"), &image)?;
         let reference = reference.get_or_insert_with(|| image.clone());
         let [darker, brighter] = lost_and_gained(reference, &image);

@@ -1,12 +1,7 @@
 //! Renders and times every configuration, and compares its image.
 
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, techniques::Sampled};
-use lanternfish_cli::{
-    error::CliError,
-    images::energy,
-    parse::Size,
-    times::{frame_ms, least},
-};
+use lanternfish_cli::{error::CliError, images::energy, parse::Size, timed::Timed, times::frame_ms};
 use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings};
 
@@ -204,8 +199,9 @@ impl RayBench {
     /// The frame that took least, after a warm-up frame.
     pub fn fastest(&self, scene: &GpuScene, settings: &Settings) -> Result<RenderedImage, RenderError> {
         let (Size { width, height }, mut renderer) = (self.view.size, self.bench.renderer(settings)?);
-        let frame = || renderer.render(scene, &self.view.camera, [width, height]);
-        Ok(least(self.bench.runs, frame, |frame| frame_ms(&frame.report.passes))?.1)
+        let mut frame = || renderer.render(scene, &self.view.camera, [width, height]);
+        frame()?;
+        Ok(Timed::fastest(self.bench.runs, || frame().map(|image| (frame_ms(&image.report.passes), image)))?.1)
     }
 
     /// Renders the mean of many frames through the BVH, and writes it to a file.
@@ -230,12 +226,13 @@ impl RayBench {
     fn render(&self, case: RayCase, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
         let mut renderer = self.bench.renderer(&case.settings(&self.view.look, fragments_a_texel))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
-        let frames = || {
+        let mut frames = || {
             // Frame by frame, because the report of an accumulated image holds only the sum of its frames' times.
             let (image, frames) = self.frames(&mut renderer, case.brdf, case.accumulate)?;
             Ok::<_, RenderError>((image, Times::of(&frames, skipped + counted, skipped)))
         };
-        Ok(least(self.bench.runs, frames, |(_, times)| times.frame_ms)?.1)
+        frames()?;
+        Ok(Timed::fastest(self.bench.runs, || frames().map(|(image, times)| (times.frame_ms, (image, times))))?.1)
     }
 
     /// Renders an image frame by frame, and returns it with the passes of each of its frames.

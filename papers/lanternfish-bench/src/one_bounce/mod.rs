@@ -1,5 +1,5 @@
-//! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, the path tracer's images of it,
-//! and a walk through it.
+//! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, the path
+//! tracer's images of it, and a walk through it.
 
 pub mod walk;
 
@@ -16,7 +16,7 @@ use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 use self::walk::{Walk, grey};
 use crate::{
-    bench::{Bench, RunArgs, Timed, is_requested},
+    bench::{Bench, RunArgs, TimedFrames, is_requested},
     case::{Case, changed},
     ground_truths::{self, GroundTruth, GroundTruthFigures},
     reference::{IndirectErrors, Reference, flip},
@@ -35,7 +35,8 @@ pub struct OneBounceArgs {
     /// Measure few configurations only.
     #[arg(long)]
     pub quick: bool,
-    /// Measure only configurations whose name contains these words; the image without indirect light is always included. Repeatable.
+    /// Measure only configurations whose name contains these words; the image without indirect light is always
+    /// included. Repeatable.
     #[arg(long, value_name = "WORDS")]
     only: Vec<String>,
     #[command(flatten)]
@@ -105,7 +106,8 @@ fn under_one_light(mut scene: Scene) -> Scene {
 }
 
 impl OneBounce {
-    /// Opens the adapter, loads the scene, and reads or traces the path tracer's images. `name` is the name of the benchmark.
+    /// Opens the adapter, loads the scene, and reads or traces the path tracer's images. `name` is the name of the
+    /// benchmark.
     pub fn start(args: &OneBounceArgs, name: &str, title: &str) -> Result<Self, CliError> {
         let bench = Bench::start(&args.run, name, title, Some(&args.subject.scene))?.with_timestamps()?;
         let (mut view, cameras) = View::load(&args.subject, false, &bench)?;
@@ -146,7 +148,7 @@ impl OneBounce {
     }
 
     /// Renders a configuration of the table, compares its image, and writes it to the folder.
-    pub fn row(&self, case: &Case) -> Result<(Timed, IndirectErrors), CliError> {
+    pub fn row(&self, case: &Case) -> Result<(TimedFrames, IndirectErrors), CliError> {
         let lit = self.lit(case)?;
         let timed = self.bench.timed(&lit.view, &case.settings)?;
         self.bench.write(&case.name, &timed.image)?;
@@ -160,16 +162,17 @@ impl OneBounce {
         self.lit.errors(image)
     }
 
-    /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of `direct`, a mean of as many
-    /// frames without indirect light, because edges and highlights of a mean differ from those of one frame.
+    /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of
+    /// `direct`, a mean of as many frames without indirect light, because edges and highlights of a mean differ from
+    /// those of one frame.
     pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<IndirectErrors, CliError> {
         let mean = self.bench.mean(&self.lit.view, &case.settings, frames)?;
         self.bench.write(&format!("{}, {frames} frames", case.name), &mean)?;
         Ok(self.lit.reference.errors(&mean, energy(direct))?)
     }
 
-    /// The mean of `frames` frames without indirect light, and its HDR-FLIP against the path tracer's direct light. That is the error of a
-    /// mean with exact indirect light.
+    /// The mean of `frames` frames without indirect light, and its HDR-FLIP against the path tracer's direct light.
+    /// That is the error of a mean with exact indirect light.
     pub fn direct_mean(&self, frames: u32) -> Result<(RenderedImage, f64), CliError> {
         let mean = self.bench.mean(&self.lit.view, &self.without(), frames)?;
         let flip = flip(&mean, &self.lit.direct_reference)?;
@@ -193,7 +196,7 @@ impl OneBounce {
 pub fn rows(
     of: &OneBounce,
     cases: &[Case],
-    row: impl Fn(&Case, &Timed) -> Result<Row, CliError>,
+    row: impl Fn(&Case, &TimedFrames) -> Result<Row, CliError>,
 ) -> Result<Vec<Row>, CliError> {
     let of_case = |case: &&Case| {
         let (timed, errors) = of.row(case)?;

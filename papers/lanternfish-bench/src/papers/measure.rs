@@ -1,12 +1,13 @@
 //! A figure with the runs of the times that it is computed from, and the interval in which it lies.
 
-use lanternfish_cli::{replay::series::median_ranks, times::median};
+use lanternfish_cli::timed::Timed;
 
 /// Pairs of runs from which on the interval of their median has 95 %.
 const PAIRS: usize = 6;
 
-/// By how much times of one frame may differ that were not measured in turn. On a processor beside other work frames of equal rays took 196 and
-/// 283 ms; of a graphics card at steady clocks the first row of a table and its repetition differ by less than a tenth.
+/// By how much times of one frame may differ that were not measured in turn. On a processor beside other work frames of
+/// equal rays took 196 and 283 ms; of a graphics card at steady clocks the first row of a table and its repetition
+/// differ by less than a tenth.
 pub fn margin(is_software: bool) -> f64 {
     if is_software { 1.5 } else { 1.1 }
 }
@@ -75,22 +76,23 @@ impl Measure {
         self.times.unwrap_or_else(exact)
     }
 
-    /// The interval of a figure of times, and what it rests on: 95 % of the median of pairs, or the range with the margin.
+    /// The interval of a figure of times, and what it rests on: 95 % of the median of pairs, or the range with the
+    /// margin.
     pub fn interval(&self) -> Option<([f64; 2], Basis)> {
         let Times { each, range, together } = self.times.as_ref()?;
         if together.is_none() || each.len() < PAIRS {
             return Some((*range, Basis::Apart));
         }
-        let mut sorted = each.clone();
-        sorted.sort_by(f64::total_cmp);
-        let (low, high, _) = median_ranks(sorted.len());
-        Some(([sorted[low], sorted[high]], Basis::Pairs(sorted.len())))
+        Some((Timed { runs: each.clone() }.interval(), Basis::Pairs(each.len())))
     }
 
     /// The median of pairs, or the number itself.
     pub fn decisive(&self) -> f64 {
         let is_paired = matches!(self.interval(), Some((_, Basis::Pairs(_))));
-        self.times.as_ref().filter(|_| is_paired).map_or(self.value, |times| median(&mut times.each.clone()))
+        self.times
+            .as_ref()
+            .filter(|_| is_paired)
+            .map_or(self.value, |times| Timed { runs: times.each.clone() }.median())
     }
 }
 

@@ -1,5 +1,5 @@
-//! `lanternfish-bench photons`: photon differentials, compared with rays from every pixel, virtual lights and the path tracer
-//! [Aalund2015, §5.2].
+//! `lanternfish-bench photons`: photon differentials, compared with rays from every pixel, virtual lights and the path
+//! tracer [Aalund2015, §5.2].
 
 mod cases;
 mod occlusion;
@@ -14,7 +14,7 @@ use lanternfish_gpu::PassTime;
 
 use self::cases::{PAPER, cases, converging, walked};
 use crate::{
-    bench::Timed,
+    bench::TimedFrames,
     case::Case,
     one_bounce::{self, OneBounce, OneBounceArgs},
     papers::{self, Paper},
@@ -25,8 +25,8 @@ const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; 
                     scene, and those that reach a surface, some of which are off screen or hidden. Times are in ms. Deep images are built once, \
                     in the first run, and are not part of the frame time.";
 
-/// Keys and column headings of the steps: paths from the lights to the first surface; rays of split photons, including those that detect
-/// edges; sorting of visible photons; lists of photons; splatting.
+/// Keys and column headings of the steps: paths from the lights to the first surface; rays of split photons, including
+/// those that detect edges; sorting of visible photons; lists of photons; splatting.
 const STEPS: [(&str, &str); 5] =
     [("emit", "emit"), ("trace", "trace"), ("keep", "sort"), ("lists", "lists"), ("splat", "splat")];
 
@@ -92,7 +92,7 @@ fn rate(count: u64, ms: f64) -> String {
 }
 
 /// A row of the table, without its errors.
-fn row(case: &Case, timed: &Timed) -> Row {
+fn row(case: &Case, timed: &TimedFrames) -> Row {
     let count = |name: &str| counter(&timed.image.report, &format!("photons/{name}"));
     let passes = &timed.image.report.passes;
     let by_step =

@@ -5,7 +5,7 @@ use lanternfish_cli::{
     error::CliError,
     images::{hdr_flip, linear, rgb},
     parse::Size,
-    times::median,
+    timed::Timed,
 };
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_scene::{Camera, Instance, Mesh, Scene};
@@ -69,7 +69,7 @@ impl InMotion<'_> {
                     sheet.push(rgb(&image));
                 }
             }
-            Ok(row.fixed("indirect_ms", "time, ms", 1, median(&mut times)))
+            Ok(row.fixed("indirect_ms", "time, ms", 1, Timed { runs: times }.median()))
         })
     }
 

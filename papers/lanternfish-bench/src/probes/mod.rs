@@ -10,7 +10,7 @@ mod leaks;
 mod motion;
 mod price;
 mod right;
-mod rooms;
+pub mod rooms;
 mod sheet;
 mod views;
 
@@ -69,8 +69,8 @@ pub struct ProbesArgs {
     /// Samples per pixel of the path tracer's images. More: less noise, slower. Default: 64.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     spp: Option<u64>,
-    /// Diffuse rays a pixel of the references in motion, with a quarter as many glossy ones, without filter and clamp. 0: the path tracer.
-    /// More: less noise, slower. Default: 128.
+    /// Diffuse rays a pixel of the references in motion, with a quarter as many glossy ones, without filter and clamp.
+    /// 0: the path tracer. More: less noise, slower. Default: 128.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
     reference_rays: Option<u32>,
     /// Folder whose `assets` folder holds the scenes that are not built in. Those without their file are left out.
@@ -209,7 +209,8 @@ impl InMotion<'_> {
 
     /// Settings of a frame with many rays from every pixel, without filter and clamp.
     ///
-    /// A pixel's rays hit many entries of the radiance cache, so the noise of one entry matters little: no more samples for them.
+    /// A pixel's rays hit many entries of the radiance cache, so the noise of one entry matters little: no more samples
+    /// for them.
     fn many_rays(&self, look: &Settings) -> Settings {
         let mut settings =
             changed(look, "history off, indirect sampled, first-rays 1, indirect-filter 0, indirect-clamp off");

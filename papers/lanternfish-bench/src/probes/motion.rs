@@ -3,7 +3,7 @@
 use lanternfish_cli::{
     error::CliError,
     images::{linear, rgb},
-    times::median,
+    timed::Timed,
 };
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::Camera;
@@ -107,15 +107,15 @@ impl InMotion<'_> {
             }
         }
         sheet.write(&self.bench.path("walk-sheet"))?;
-        let row = |(case, Walker { walked, flips, mut times, mut frames, .. }): (&Case, Walker)| {
+        let row = |(case, Walker { walked, flips, times, frames, .. }): (&Case, Walker)| {
             Row::default()
                 .text("technique", "", &case.name)
                 .fixed("flip", "FLIP", 4, flips.iter().sum::<f64>() / flips.len().max(1) as f64)
                 .fixed("flip_max", "greatest", 4, flips.iter().copied().fold(0.0, f64::max))
                 .fixed("error", "error", 4, walked.mean())
                 .fixed("p999", "p99.9", 3, walked.percentile(0.999))
-                .fixed("indirect_ms", "indirect, ms", 1, median(&mut times))
-                .fixed("frame_ms", "frame, ms", 1, median(&mut frames))
+                .fixed("indirect_ms", "indirect, ms", 1, Timed { runs: times }.median())
+                .fixed("frame_ms", "frame, ms", 1, Timed { runs: frames }.median())
                 .data("flips", flips)
         };
         Ok(cases.iter().zip(walkers).map(row).collect())

@@ -1,6 +1,6 @@
 //! Measures one technique on one shot: image, time, and errors against the ground truth.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use lanternfish::{RenderError, RenderedImage, settings::Settings};
 use lanternfish_cli::{
@@ -8,7 +8,8 @@ use lanternfish_cli::{
     flags::as_flags,
     images::{differing, hdr_flip, linear, shown},
     parse::Size,
-    times::{counter, frame_time, median},
+    timed::Timed,
+    times::{counter, frame_time},
 };
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::Scene;
@@ -120,7 +121,8 @@ impl ShotBench<'_> {
         Ok(row(None, Some(figures)))
     }
 
-    /// Renders the image, and returns it with its time, ms: the median of the frames after it, or for a mean the sum of its frames.
+    /// Renders the image, and returns it with its time, ms: the median of the frames after it, or for a mean the sum of
+    /// its frames.
     fn render(&self, settings: &Settings, scene: &Scene) -> Result<(RenderedImage, f64), RenderError> {
         let mut stage = self.bench.stage(scene, settings)?;
         let (factor, size) = (self.shot.factor, self.view.size);
@@ -130,11 +132,8 @@ impl ShotBench<'_> {
         if settings.image.accumulate > 1 {
             return Ok((image, first_ms));
         }
-        let (mut times, begun) = (Vec::new(), Instant::now());
-        while times.len() < self.bench.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
-            times.push(frame_time(|| stage.frame(&view))?.0);
-        }
-        Ok((image, median(&mut times)))
+        let times = Timed::within(self.bench.runs, ENOUGH, || frame_time(|| stage.frame(&view)).map(|(ms, _)| ms))?;
+        Ok((image, times.median()))
     }
 
     /// Errors of an image, which is written with its FLIP map.

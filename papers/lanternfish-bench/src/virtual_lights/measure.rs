@@ -15,10 +15,10 @@ use super::{
     cases::{BESIDE_EACH, EACH_DIRECTION, WITH_STEPS, paper, papers_images, ranges_alone},
     steps::Steps,
 };
-use crate::{bench::Timed, case::Case, one_bounce::OneBounce, reference::flip, table::Row, view::View};
+use crate::{bench::TimedFrames, case::Case, one_bounce::OneBounce, reference::flip, table::Row, view::View};
 
 /// A row of the table, without its errors.
-pub fn row(case: &Case, timed: &Timed) -> Row {
+pub fn row(case: &Case, timed: &TimedFrames) -> Row {
     let count = |name: &str| counter(&timed.image.report, &format!("virtual_lights/{name}"));
     let arriving = count("flux_arriving");
     // Fraction of the arriving flux that arrives within ranges; `None` if flux is not counted.
@@ -53,7 +53,8 @@ pub fn row(case: &Case, timed: &Timed) -> Row {
         .maybe("in_range", "in range", 2, in_range)
 }
 
-/// The weight by the number of lights [Archer2019, §3.2] with which their light is as bright as without it, to which it is proportional.
+/// The weight by the number of lights [Archer2019, §3.2] with which their light is as bright as without it, to which it
+/// is proportional.
 pub fn weight(of: &OneBounce) -> Result<u32, CliError> {
     const TRIED: u32 = 1024;
     let light = |weight: u32| {
@@ -65,8 +66,8 @@ pub fn weight(of: &OneBounce) -> Result<u32, CliError> {
     Ok((f64::from(TRIED) * ratio).round().clamp(1.0, 65536.0) as u32)
 }
 
-/// Final light by other images beside that by images with a draw for each direction: "no difference in the final indirect lighting result"
-/// [Archer2019, §4].
+/// Final light by other images beside that by images with a draw for each direction: "no difference in the final
+/// indirect lighting result" [Archer2019, §4].
 #[derive(Default)]
 pub struct Beside(Option<RgbImage>);
 
@@ -88,7 +89,8 @@ impl Beside {
     }
 }
 
-/// Times of computing ranges for a map of this size: with rays through deep images and through the BVH, and for random ranges.
+/// Times of computing ranges for a map of this size: with rays through deep images and through the BVH, and for random
+/// ranges.
 pub fn ranges(of: &OneBounce, map: MapSize) -> Result<Row, CliError> {
     // A small image, because only ranges are timed.
     let small = View { size: Size { width: 64, height: 36 }, ..of.lit.view.clone() };

@@ -4,7 +4,7 @@ use lanternfish_cli::times::{frame_ms, ms_of, sorted};
 use lanternfish_gpu::PassTime;
 
 use crate::{
-    bench::Timed,
+    bench::TimedFrames,
     table::{DASH, Row, fixed, percent},
 };
 
@@ -59,14 +59,14 @@ impl Steps {
     }
 
     /// Steps of the fastest frame, with the build of the first one.
-    pub fn of_timed(timed: &Timed) -> Self {
+    pub fn of_timed(timed: &TimedFrames) -> Self {
         let mut steps = Self::of(&timed.image.report.passes);
         steps.steps[..2].copy_from_slice(&Self::of(&timed.first).steps[..2]);
         steps
     }
 
     /// Steps of every timed frame, with the build of the first one.
-    pub fn of_runs(timed: &Timed) -> Vec<Self> {
+    pub fn of_runs(timed: &TimedFrames) -> Vec<Self> {
         let build = Self::of(&timed.first);
         let with_build = |passes: &Vec<PassTime>| {
             let mut steps = Self::of(passes);
@@ -77,7 +77,8 @@ impl Steps {
     }
 
     pub fn of(passes: &[PassTime]) -> Self {
-        // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after it.
+        // Light culling runs twice: for the scene's lights before building virtual lights, and for virtual lights after
+        // it.
         let mut has_virtual_lights = false;
         let steps = sorted(passes, |name| {
             let own = name.strip_prefix("indirect/virtual_lights/");
@@ -103,7 +104,8 @@ impl Steps {
 /// A row of [Archer2019, table 1]: its name, ours from the steps, his from his.
 type Line = (&'static str, fn(&Steps) -> Option<f64>, fn(&Steps, f64) -> Option<f64>, fn(f64) -> String);
 
-/// What follows from the steps. His figures follow from his rows, but the total, which is printed; his rays have no row of their own.
+/// What follows from the steps. His figures follow from his rows, but the total, which is printed; his rays have no row
+/// of their own.
 const LINES: [Line; 6] = [
     ("Total", |ours| Some(ours.total()), |_, printed| Some(printed), |ms| fixed(1, ms)),
     (

@@ -2,9 +2,7 @@
 
 mod clustered;
 mod deep_images;
-mod history;
 mod indirect;
-mod moving;
 mod one_bounce;
 mod papers;
 mod probes;
@@ -25,7 +23,8 @@ fn program(folder: &Path) -> Command {
     command
 }
 
-/// Runs a benchmark on the software adapter, with its report in the folder `name`. Returns the report and standard output.
+/// Runs a benchmark on the software adapter, with its report in the folder `name`. Returns the report and standard
+/// output.
 #[track_caller]
 fn bench(folder: &Path, words: &str, name: &str) -> (Value, String) {
     let words = words.split_whitespace().chain(["--adapter", "cpu", "-o", name]);
@@ -59,9 +58,7 @@ fn help_lists_every_benchmark() {
         "virtual-lights",
         "photons",
         "probes",
-        "history",
         "clustered",
-        "moving",
         "quality",
         "papers",
     ] {
@@ -81,7 +78,6 @@ fn help_lists_every_benchmark() {
         ("forward-plus", "every image, pixels [default: 1280x720]"),
         ("photons", "every image, pixels [default: 480x270]"),
         ("clustered", "one warm-up run [default: 1]"),
-        ("history", "one warm-up run [default: 3]"),
     ] {
         let help = said(&["help", name]).1.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(default), "{default} is not in\n{help}");
@@ -91,6 +87,7 @@ fn help_lists_every_benchmark() {
         (["quality", "--only", "bistro"], "sponza-ten"),
         (["probes", "--technique", "beauty"], "good, history"),
         (["papers", "--part", "all"], "the parts are deep-images, "),
+        (["direct", "--only", "motion"], "`lanternfish-bench probes --only motion`"),
     ] {
         let (success, _, error) = said(&words);
         assert!(!success && error.contains(known), "{error}");
@@ -98,4 +95,8 @@ fn help_lists_every_benchmark() {
     let (success, _, error) = said(&["help", "beauty"]);
     assert!(!success && error.starts_with("error: lanternfish-bench beauty: no such command"), "{error}");
     assert!(error.contains("quality"), "{error}");
+    for (words, instead) in [("moving", "`lanternfish-bench walks`"), ("history", "`lanternfish-bench probes --only motion`")] {
+        let (success, _, error) = said(&[words]);
+        assert!(!success && error.contains(instead), "{error}");
+    }
 }

@@ -1,9 +1,9 @@
 //! The first row of a table, measured again: do its rows compare?
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The first row of a table, measured again after all others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Repeat {
     /// Name of the row.
     pub name: String,
@@ -11,7 +11,8 @@ pub struct Repeat {
     pub first: f64,
     /// The last one, in the same unit.
     pub last: f64,
-    /// False if they differ by more than `MOST_APART`: clocks or other work changed during the run, and rows do not compare.
+    /// False if they differ by more than `MOST_APART`: clocks or other work changed during the run, and rows do not
+    /// compare.
     pub is_steady: bool,
 }
 
