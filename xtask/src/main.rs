@@ -1,6 +1,5 @@
 //! Development tasks, for a machine that only has Rust.
 
-mod apt;
 mod audit;
 mod budgets;
 mod check;
@@ -85,7 +84,7 @@ fn main() -> ExitCode {
     }
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.len();
-    words.retain(|word| word != apt::NO_INSTALL);
+    words.retain(|word| word != driver::NO_INSTALL);
     let may_install = words.len() == count;
     let task = if words.is_empty() { "help".to_owned() } else { words.remove(0) };
     let result = match task.as_str() {

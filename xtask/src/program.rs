@@ -8,7 +8,7 @@ use std::{
 
 use crate::{
     command::{self, cargo, workspace},
-    driver::{Driver, Purpose},
+    driver,
     hardware::programs,
 };
 
@@ -48,9 +48,8 @@ fn ready<T>(
     lanternfish: fn(&T, &[&str]) -> Command,
     may_install: bool,
 ) -> Result<T, String> {
-    let mut driver = Driver::new(Purpose::RenderedImages, may_install);
-    driver.before_build()?;
+    driver::before_build(may_install)?;
     let built = build()?;
-    driver.after_build(|| lanternfish(&built, &["info", "--adapters"]))?;
+    driver::after_build(may_install, false, || lanternfish(&built, &["info", "--adapters"]))?;
     Ok(built)
 }

@@ -4,7 +4,6 @@
 use std::{path::Path, process::Command};
 
 use crate::{
-    apt,
     command::{find_program, run},
     files,
 };
@@ -15,7 +14,7 @@ const PACKAGES: [&str; 9] =
 
 /// Fills the folder `lib` with the libraries, using the empty folder `scratch`. Returns an error that names what is missing.
 pub fn gather(scratch: &Path, lib: &Path) -> Result<(), String> {
-    if !apt::is_there() || find_program("dpkg").is_none() {
+    if find_program("apt-get").is_none() || find_program("dpkg").is_none() {
         return Err("no apt-get and dpkg here".to_owned());
     }
     // Run as root, apt would warn that its sandbox user cannot write to the folder.
