@@ -48,10 +48,9 @@ cargo xtask python [--quick] [WORDS]
                            builds the Python package's extension module, and runs its tests with pytest, which gets the words;
                            --quick runs those that show whether the wheel works at all
 cargo xtask web [--serve]  builds the page of the renderer in a browser in dist/, and shows it on http://localhost:8080
-cargo xtask hardware [papers]
-                           builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
-                           `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more;
-                           papers: a kit for `run.sh papers`, the claims of the five papers within 9 minutes
+cargo xtask hardware       builds, and packs target/hardware.tar.gz for a bare machine with a graphics card, at most 60 MiB;
+                           `bash run.sh` there measures checks, walks and frames within 6 minutes, `bash run.sh papers`
+                           the claims of the five papers within 9
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
