@@ -1,6 +1,5 @@
 //! Development tasks, for a machine that only has Rust.
 
-mod apt;
 mod audit;
 mod budgets;
 mod check;
@@ -49,10 +48,9 @@ cargo xtask python [--quick] [WORDS]
                            builds the Python package's extension module, and runs its tests with pytest, which gets the words;
                            --quick runs those that show whether the wheel works at all
 cargo xtask web [--serve]  builds the page of the renderer in a browser in dist/, and shows it on http://localhost:8080
-cargo xtask hardware [papers]
-                           builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
-                           `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more;
-                           papers: a kit for `run.sh papers`, the claims of the five papers within 9 minutes
+cargo xtask hardware       builds, and packs target/hardware.tar.gz for a bare machine with a graphics card, at most 60 MiB;
+                           `bash run.sh` there measures checks, walks and frames within 6 minutes, `bash run.sh papers`
+                           the claims of the five papers within 9
 cargo xtask same [COMMIT | --write]
                            renders the sixteen images of xtask/src/same.txt, and fails if a linear radiance differs from the stored
                            hash, or from that commit's image; --write stores the hashes
@@ -63,10 +61,10 @@ cargo xtask faults [NAME...] [--full]
 cargo xtask images [NAME...]
                            makes the images of docs/gallery.md and docs/any-file.md again, or those of these names: hours without a
                            graphics card; a test fails once they are 60 days older than the last commit
-cargo xtask shader-stats [TEXT | --write | --page MESA]
-                           what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
-                           that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
-                           a version of Mesa; with TEXT, prints the variants whose names contain it
+cargo xtask shader-stats [--write]
+                           what RADV, Mesa's compiler for AMD's graphics cards, makes of the passes that take most of a frame's
+                           time, without a card: prints the rows that differ from docs/measured/shader-stats-*; --write stores
+                           the new ones
 cargo xtask interface [--write]
                            fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
 cargo xtask check [--full] lines by folder, format, lints; --full also lints for a browser, documentation, the public interface, and
@@ -85,7 +83,7 @@ fn main() -> ExitCode {
     }
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.len();
-    words.retain(|word| word != apt::NO_INSTALL);
+    words.retain(|word| word != driver::NO_INSTALL);
     let may_install = words.len() == count;
     let task = if words.is_empty() { "help".to_owned() } else { words.remove(0) };
     let result = match task.as_str() {

@@ -6,10 +6,11 @@ use std::{
     process::Command,
 };
 
+use serde_json::Value;
+
 use crate::{
-    command::{self, cargo, workspace},
-    driver::{Driver, Purpose},
-    hardware::programs,
+    command::{self, cargo, run_for_output, workspace},
+    driver,
 };
 
 /// Builds the command line with the same features as the tests, but without windows, which are a third of the work. Cargo unifies
@@ -19,9 +20,26 @@ const AS_TESTS_DO: [&str; 7] =
 
 /// Sets up missing packages, builds the command line and returns its path. `cargo xtask test` then has its dependencies built.
 pub fn ready_as_tests(may_install: bool) -> Result<PathBuf, String> {
-    let [command_line, _] = &programs::RELEASED;
-    let build = || command_line.find(&programs::build(&mut cargo(AS_TESTS_DO))?);
-    ready(build, |program, words| called(program, words), may_install)
+    ready(
+        || find(&build(&mut cargo(AS_TESTS_DO))?, "lanternfish"),
+        |program, words| called(program, words),
+        may_install,
+    )
+}
+
+/// Builds with cargo. Returns its messages, one line of JSON each.
+pub fn build(command: &mut Command) -> Result<String, String> {
+    run_for_output(command.arg("--message-format=json-render-diagnostics"))
+}
+
+/// The path of a program, from cargo's messages.
+pub fn find(messages: &str, name: &str) -> Result<PathBuf, String> {
+    let mut messages = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let path = |message: Value| {
+        let is_this = message["target"]["name"] == name && message["target"]["kind"][0] == "bin";
+        message["executable"].as_str().filter(|_| is_this && message["profile"]["test"] == false).map(PathBuf::from)
+    };
+    messages.find_map(path).ok_or_else(|| format!("cargo built no program {name}"))
 }
 
 /// A command that runs a built program in the workspace's folder.
@@ -48,9 +66,22 @@ fn ready<T>(
     lanternfish: fn(&T, &[&str]) -> Command,
     may_install: bool,
 ) -> Result<T, String> {
-    let mut driver = Driver::new(Purpose::RenderedImages, may_install);
-    driver.before_build()?;
+    driver::before_build(may_install)?;
     let built = build()?;
-    driver.after_build(|| lanternfish(&built, &["info", "--adapters"]))?;
+    driver::after_build(may_install, false, || lanternfish(&built, &["info", "--adapters"]))?;
     Ok(built)
+}
+
+#[test]
+fn programs_are_found_in_the_messages_of_cargo() {
+    let messages = r#"
+{"target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":false},"executable":null}
+{"target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-1"}
+{"target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-2"}
+not JSON
+{"target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":false},"executable":"/t/lanternfish"}
+{"reason":"build-finished","success":true}
+"#;
+    assert_eq!(find(messages, "lanternfish"), Ok("/t/lanternfish".into()));
+    assert!(find(messages, "lanternfish-bench").unwrap_err().contains("no program lanternfish-bench"));
 }

@@ -19,8 +19,7 @@ use std::{
 
 use crate::{
     command::{cargo, run as step, run_for_output, succeeds},
-    driver::{Driver, Purpose},
-    web,
+    driver, web,
 };
 
 use selection::Selection;
@@ -40,17 +39,16 @@ const NO_ADAPTER: &str = "none-for-quick-tests";
 pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
     let selection = Selection::parse(words)?;
     let started = Instant::now();
-    let mut driver = (!selection.is_quick).then(|| Driver::new(Purpose::Tests, may_install));
-    if let Some(driver) = &mut driver {
-        driver.before_build()?;
+    if !selection.is_quick {
+        driver::before_build(may_install)?;
     }
     let (built, build_time) = timed(|| step(&mut selection.build()));
     built?;
-    if let Some(driver) = &mut driver {
+    if !selection.is_quick {
         // The tests of the command line build its program beside this one.
         let here = env::current_exe().map_err(|error| format!("path of this program: {error}"))?;
         let lanternfish = here.with_file_name(format!("lanternfish{EXE_SUFFIX}"));
-        driver.after_build(|| {
+        driver::after_build(may_install, true, || {
             let mut command = Command::new(&lanternfish);
             command.args(["info", "--adapters"]);
             command
