@@ -11,8 +11,9 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-/// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 33] = [
+/// Flags of other renderers and viewers, and removed ones, and what does the same here.
+const ELSEWHERE: [(&str, &str); 34] = [
+    ("--cluster-test", "leave it out: every light is tested against the cluster's planes and the box around it"),
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -51,6 +52,12 @@ const ELSEWHERE: [(&str, &str); 33] = [
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
 
+/// Commands of other programs, and removed ones, and what does the same here.
+const COMMANDS: [(&str, &str); 2] = [
+    ("turntable", "`lanternfish render SCENE --orbit N` renders N frames around the scene"),
+    ("deep-images", "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png"),
+];
+
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
 const BACKGROUND: &str = "--background COLOR|transparent|environment is what is behind the scene";
@@ -59,6 +66,11 @@ const TURNTABLE: &str = "--orbit N renders N frames around the scene";
 const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`";
 
 const JOINED: &str = "numbers of one flag are joined by commas: 1,2,3";
+
+/// What does the same as a flag that is none here, or no longer.
+pub(crate) fn tip(flag: &str) -> Option<&'static str> {
+    ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip)
+}
 
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
 pub(crate) fn explain(error: &mut Error) {
@@ -69,8 +81,7 @@ pub(crate) fn explain(error: &mut Error) {
     let tips = match error.kind() {
         ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
-            let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| *tip);
-            let known = known.or(argument.parse::<f64>().is_ok().then_some(JOINED));
+            let known = tip(&argument).or(argument.parse::<f64>().is_ok().then_some(JOINED));
             // Before the command there are no flags but --help and --version.
             let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
             let known = match argument.starts_with("--") {
@@ -91,12 +102,6 @@ pub(crate) fn explain(error: &mut Error) {
         {
             vec![JOINED.to_owned()]
         }
-        ErrorKind::InvalidSubcommand
-            if argument(ContextKind::InvalidSubcommand).is_some_and(|name| name == "turntable") =>
-        {
-            error.remove(ContextKind::SuggestedSubcommand);
-            vec!["`lanternfish render SCENE --orbit N` renders N frames around the scene".to_owned()]
-        }
         ErrorKind::InvalidValue
             if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>
         {
@@ -111,11 +116,18 @@ pub(crate) fn explain(error: &mut Error) {
             vec!["`lanternfish reference SCENE` is the path tracer".to_owned()]
         }
         ErrorKind::InvalidSubcommand => {
-            let Some(file) = argument(ContextKind::InvalidSubcommand).filter(|name| is_file(name)) else { return };
-            vec![
-                format!("`lanternfish view {file}` opens a window"),
-                format!("`lanternfish render {file}` writes an image"),
-            ]
+            let Some(name) = argument(ContextKind::InvalidSubcommand) else { return };
+            match COMMANDS.iter().find(|(command, _)| *command == name) {
+                Some((_, tip)) => {
+                    error.remove(ContextKind::SuggestedSubcommand);
+                    vec![(*tip).to_owned()]
+                }
+                None if is_file(&name) => vec![
+                    format!("`lanternfish view {name}` opens a window"),
+                    format!("`lanternfish render {name}` writes an image"),
+                ],
+                None => return,
+            }
         }
         _ => return,
     };

@@ -89,16 +89,6 @@ impl Viewport {
         self.shown.interface().is_some()
     }
 
-    /// Copies a texture of the renderer's device to the device that paints the window. May block until the device is
-    /// idle.
-    pub fn on_interface(&self, rendering: wgpu::TextureView) -> Result<wgpu::TextureView, GpuError> {
-        let Some(interface) = self.shown.interface() else { return Ok(rendering) };
-        let texels: Vec<[u8; 4]> = read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture())?;
-        let copy = texture(&interface.device, UVec2::new(rendering.texture().width(), rendering.texture().height()));
-        write(&interface.queue, &copy, texels.as_flattened());
-        Ok(copy)
-    }
-
     /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
         let renderer = Renderer::with_engine(self.renderer.engine(), shown(settings, &self.scene))?;
@@ -266,11 +256,6 @@ impl Viewport {
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
         self.restart();
         Ok(())
-    }
-
-    /// The engine with the compiled shaders.
-    pub fn engine(&self) -> &Engine {
-        self.renderer.engine()
     }
 
     /// True if the last frame shows this camera's view.

@@ -155,7 +155,6 @@ fn values_of_flags() {
         ("--stereo-layout", "nonsense", "layers"),
         ("--clusters", "nonsense", "displ:"),
         ("--cluster-views", "nonsense", "enclosed"),
-        ("--cluster-test", "nonsense", "planes-and-box"),
         ("--light-assignment", "nonsense", "hierarchy"),
         ("--attenuation", "nonsense", "physical_smooth_2"),
         ("--materials", "nonsense", "lambert"),
@@ -234,7 +233,6 @@ fn outputs() {
         ("render nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
         ("render nowhere.glb -o %a.png --report %keep.png", "keep.png: this file is read-only"),
         ("reference nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
-        ("deep-images nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
         ("compare nowhere.png nowhere.png --map %keep.png", "keep.png: this file is read-only"),
         ("compare nowhere.png nowhere.png --json %keep.png", "keep.png: this file is read-only"),
         (&format!("render nowhere.glb -o %{long}"), "File name too long | choose a shorter name"),
@@ -275,6 +273,7 @@ fn folders_of_scenes() {
 fn shots() {
     let place = Place::with(&[
         ("key.toml", "scene = \"demo:cornell\"\n\n[look]\nexposre = 1\n"),
+        ("gone.toml", "scene = \"demo:cornell\"\n[light]\ncluster-test = \"planes\"\n"),
         ("nowhere.toml", "scene = \"nowhere.glb\""),
         ("report.toml", "scene = \"demo:cornell\"\n[run]\nreport = \"report.toml\""),
         (
@@ -300,6 +299,7 @@ fn shots() {
     place.refuses(&[
         ("render %key.toml", key),
         ("shot %key.toml", key),
+        ("render %gone.toml", "gone.toml:3:1: unknown key `cluster-test` | leave it out"),
         ("render %nowhere.toml", "nowhere.glb"),
         ("shot %nowhere.toml", "nowhere.glb"),
         ("render %report.toml", "both the shot and --report"),
@@ -341,12 +341,10 @@ fn shots() {
 #[test]
 fn deep_images() {
     Place::new().refuses(&[
-        ("deep-images demo:cornell --directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
-        ("deep-images demo:cornell --directions cube:99", "29403 directions: expected 1 to 4096"),
-        ("deep-images demo:cornell -o %a.exr", "end the name with .png"),
-        ("deep-images demo:cornell --builder magic", "single_pass"),
-        ("deep-images demo:cornell --view all", "layers"),
-        ("deep-images nowhere.glb", "No such file"),
+        ("render demo:cornell --deep-directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
+        ("render demo:cornell --deep-directions cube:99", "29403 directions: expected 1 to 4096"),
+        ("render demo:cornell --deep-builder magic", "single_pass"),
+        ("deep-images demo:cornell", "`lanternfish-bench deep-images SCENE`"),
     ]);
 }
 
