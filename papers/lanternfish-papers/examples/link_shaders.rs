@@ -80,8 +80,7 @@ fn every_shader() -> [EveryShader; 2] {
 }
 
 /// Features of other settings than the defaults: `shading/` and `shadows/` have a thousand combinations of them.
-const OTHER_SETTINGS: [&str; 5] =
-    ["culling_all", "culling_tiled", "cull_improved", "ray_counts", "tracer_ray_query"];
+const OTHER_SETTINGS: [&str; 5] = ["culling_all", "culling_tiled", "cull_improved", "ray_counts", "tracer_ray_query"];
 
 /// False if the same variant with arrays of textures is declared, which the cards have, and for combinations of [`OTHER_SETTINGS`].
 fn is_usual(of: &str, declared: &BTreeSet<String>) -> bool {

@@ -6,8 +6,8 @@ use lanternfish::{
         TracerChoice,
     },
     techniques::{
-        Assignment, ClusterShape, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
-        LightChoice, LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
+        Assignment, ClusterShape, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution, LightChoice,
+        LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao};

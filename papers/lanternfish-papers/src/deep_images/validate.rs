@@ -203,9 +203,8 @@ impl DeepImages {
             }
         };
         if self.settings.store != DeepStore::LinkedList {
-            let in_order = |a: &Fragment, b: &Fragment| {
-                a.depth < b.depth || (a.depth == b.depth && a.triangle <= b.triangle)
-            };
+            let in_order =
+                |a: &Fragment, b: &Fragment| a.depth < b.depth || (a.depth == b.depth && a.triangle <= b.triangle);
             if let Some(list) = all.iter().position(|list| !list.is_sorted_by(in_order)) {
                 return Err(ListFault::Unsorted { list }.into());
             }

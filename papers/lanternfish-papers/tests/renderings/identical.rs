@@ -276,9 +276,8 @@ fn check_rays_to_lights_behind(gpu: &Gpu, scenes: &[(Scene, Camera)], size: (u32
                 .with_ray_range_culling(ray_range_culling)
                 .with_shadows(Shadows::BVH)
         };
-        let rendering = |ray_culling, ray_range_culling| {
-            render(gpu, scene, camera, size, settings(ray_culling, ray_range_culling))
-        };
+        let rendering =
+            |ray_culling, ray_range_culling| render(gpu, scene, camera, size, settings(ray_culling, ray_range_culling));
         let rays = |rendering: &RenderedImage| counter(rendering, "shadows/rays");
         let none = rendering(RayCulling::None, RayRangeCulling::Off);
         let range = rendering(RayCulling::None, RayRangeCulling::On);

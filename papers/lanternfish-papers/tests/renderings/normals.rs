@@ -81,8 +81,8 @@ fn gpu_normals_from_depth_are_close_to_the_geometry(gpu: &Gpu) {
         assert!(five.wrong < two.wrong, "{demo}: {five:?} is not better than {two:?}");
     }
     // Check that the test can fail: the shading normal, changed by normal maps and interpolation, differs.
-    let [shading, geometric] =
-        [DebugView::Normal, DebugView::GeometricNormal].map(|view| normals(gpu, "atrium", (160, 90), view, ShaderTexts::new()));
+    let [shading, geometric] = [DebugView::Normal, DebugView::GeometricNormal]
+        .map(|view| normals(gpu, "atrium", (160, 90), view, ShaderTexts::new()));
     let shading = error("atrium, shading normals", &shading, &geometric);
     assert!(shading.mean > 1.0, "{shading:?}");
 }

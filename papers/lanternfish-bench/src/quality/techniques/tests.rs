@@ -1,8 +1,7 @@
 use lanternfish::{
     settings::{Anisotropy, RayCulling, RayRangeCulling, Samples, Shadows},
     techniques::{
-        Assignment, ClusterShape, Clustered, IndirectClamp, IndirectResolution, SampledLights, TileSize,
-        Tiled,
+        Assignment, ClusterShape, Clustered, IndirectClamp, IndirectResolution, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::RasterGrid;

@@ -50,8 +50,7 @@ fn expected(drawn: &[Vec<Fragment>], images: &DeepImages) -> Vec<Vec<Fragment>> 
         DeepStore::LinearArray => cpu_reference::merge(list, grid.merge_distance),
         DeepStore::LinkedList | DeepStore::SortedLinkedList => list.clone(),
     });
-    let as_stored =
-        |fragment: &Fragment| Fragment { triangle: fragment.triangle.filter(|_| payload), ..*fragment };
+    let as_stored = |fragment: &Fragment| Fragment { triangle: fragment.triangle.filter(|_| payload), ..*fragment };
     sorted(merged.map(|list| list.iter().map(as_stored).collect()).collect())
 }
 
