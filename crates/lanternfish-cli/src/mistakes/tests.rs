@@ -102,7 +102,7 @@ fn environments() {
     place.refuses(&[(bright, "--environment-scale 3 | smaller")]);
 }
 
-/// What other programs call otherwise, and a file without a command.
+/// What other programs call otherwise, what was removed, and a file without a command.
 #[test]
 fn flags_and_forms_of_other_programs() {
     let place = Place::new();
@@ -119,6 +119,8 @@ fn flags_and_forms_of_other_programs() {
         ("render demo:cornell --denoiser off", "indirect light is always denoised"),
         ("render demo:cornell --threads 4", "only `lanternfish reference` traces on CPU threads"),
         ("turntable box.glb", "`lanternfish render SCENE --orbit N`"),
+        ("deep-images demo:cornell", "`lanternfish-bench deep-images SCENE`"),
+        ("render demo:cornell --cluster-test planes", "tip: leave it out: every light is tested"),
         ("render demo:cornell --indirect path", "`lanternfish reference SCENE` is the path tracer"),
         ("farm demo:cornell --orbit 8", "`lanternfish shot SCENE --orbit N -o shot.toml`"),
         ("farm demo:cornell --frames 1-4 --size 8x8", "`lanternfish shot SCENE FLAGS -o shot.toml`"),
@@ -159,6 +161,9 @@ fn values_of_flags() {
         ("--attenuation", "nonsense", "physical_smooth_2"),
         ("--materials", "nonsense", "lambert"),
         ("--debug-view", "nonsense", "light-count"),
+        ("--deep-builder", "nonsense", "single_pass"),
+        ("--deep-directions", "ball:9", "zonal:169, stacks:13x13 or cube:5"),
+        ("--deep-directions", "cube:99", "29403 directions: expected 1 to 4096"),
         ("--ray-culling", "nonsense", "improved"),
         ("--ray-range-culling", "nonsense", "off"),
         ("--tone-map", "film", "neutral"),
@@ -273,7 +278,7 @@ fn folders_of_scenes() {
 fn shots() {
     let place = Place::with(&[
         ("key.toml", "scene = \"demo:cornell\"\n\n[look]\nexposre = 1\n"),
-        ("gone.toml", "scene = \"demo:cornell\"\n[light]\ncluster-test = \"planes\"\n"),
+        ("gone.toml", "scene = \"demo:cornell\"\n[technique]\ncluster-test = \"planes\"\n"),
         ("nowhere.toml", "scene = \"nowhere.glb\""),
         ("report.toml", "scene = \"demo:cornell\"\n[run]\nreport = \"report.toml\""),
         (
@@ -336,16 +341,6 @@ fn shots() {
     ]);
     std::fs::create_dir(place.path("walk.0002.png")).unwrap();
     place.refuses(&[("render %walk.toml", "walk.0002.png: this is a folder")]);
-}
-
-#[test]
-fn deep_images() {
-    Place::new().refuses(&[
-        ("render demo:cornell --deep-directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
-        ("render demo:cornell --deep-directions cube:99", "29403 directions: expected 1 to 4096"),
-        ("render demo:cornell --deep-builder magic", "single_pass"),
-        ("deep-images demo:cornell", "`lanternfish-bench deep-images SCENE`"),
-    ]);
 }
 
 #[test]
