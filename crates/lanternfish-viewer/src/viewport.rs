@@ -7,7 +7,7 @@ use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{
-    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, PendingFrame, RenderError, Renderer, Settings, Target,
+    Change, FrameId, FrameMemory, FrameReport, GpuScene, PendingFrame, RenderError, Renderer, Settings, Target,
     ViewRequest,
     light_culling::{clustered::GridContents, tiled::TileContents},
     techniques::{HitLight, Probes, Sampled},
@@ -19,7 +19,7 @@ use self::{shown::ShownImage, slices::Slices};
 use crate::{
     slice_scheduler::SliceScheduler,
     stereo,
-    texture::{FORMAT, texture, write},
+    texture::{FORMAT, texture},
 };
 
 /// Size of the image for which edited shaders are compiled, pixels.
