@@ -7,7 +7,6 @@ use clap::{ArgMatches, Args, Parser, Subcommand};
 use crate::{
     args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs, view::WindowArgs},
     compare::{self, CompareArgs},
-    deep_images::{self, DeepImagesArgs},
     doctor::{self, DoctorArgs},
     error::{self, CliError},
     farm::{self, FarmArgs},
@@ -107,11 +106,6 @@ pub enum Command {
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),
-    /// Shows deep images of the scene: as points, by layers, or by the number of fragments per texel.
-    ///
-    /// Takes the camera of `render`. Ignores a shot's lights, look and technique, and its output.
-    #[command(after_help = deep_images::HELP, args_override_self = true)]
-    DeepImages(Box<DeepImagesArgs>),
     /// Points to the separate program `lanternfish-bench`.
     #[command(hide = true)]
     Bench(BenchArgs),
@@ -169,7 +163,6 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
         Command::Doctor(args) => doctor::run(&args),
         Command::Info(args) => info::run(&args).map(|()| 0),
-        Command::DeepImages(args) => deep_images::run(&args, said).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
         Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),

@@ -102,7 +102,7 @@ mod tests {
         for name in ["output", "size", "eye", "sun", "lights", "exposure", "quality"] {
             assert!(lists(&short, name), "--{name}:\n{short}");
         }
-        for name in ["cluster-test", "ray-culling", "tile-size", "textures", "deep-directions"] {
+        for name in ["cluster-depth", "ray-culling", "tile-size", "textures", "deep-directions"] {
             assert!(!lists(&short, name), "--{name}:\n{short}");
         }
         // Only `--all` prints the meaning of values.
@@ -131,7 +131,7 @@ mod tests {
             [help.clone(), help]
         );
         let commands = text(&["lanternfish", "--help"]);
-        assert!(commands.contains("deep-images") && !commands.contains("bench"), "{commands}");
+        assert!(commands.contains("papers") && !commands.contains("bench"), "{commands}");
     }
 
     #[test]
@@ -150,7 +150,7 @@ mod tests {
     fn the_help_of_shot_describes_shots() {
         let (_, short, long) = help_of("shot");
         for help in [&short, &long] {
-            for flag in ["size", "sun", "cluster-test", "exposure"] {
+            for flag in ["size", "sun", "cluster-depth", "exposure"] {
                 assert!(!lists(help, flag), "--{flag}:\n{help}");
             }
             for word in ["[track]", "keyframes", "`lanternfish help render --all`"] {

@@ -50,7 +50,6 @@ pub mod times;
 
 mod cli;
 mod compare;
-mod deep_images;
 mod doctor;
 mod ending;
 mod farm;

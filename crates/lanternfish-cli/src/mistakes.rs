@@ -13,8 +13,9 @@ use clap::{
 
 use crate::scene::SceneName;
 
-/// Flags of other renderers and viewers, and what does the same here.
-const ELSEWHERE: [(&str, &str); 33] = [
+/// Flags of other renderers and viewers, and removed ones, and what does the same here.
+const ELSEWHERE: [(&str, &str); 34] = [
+    ("--cluster-test", "leave it out: every light is tested against the cluster's planes and the box around it"),
     ("--width", "--size WIDTHxHEIGHT sets both sides"),
     ("--height", "--size WIDTHxHEIGHT sets both sides"),
     ("--resolution", "--size WIDTHxHEIGHT sets the image's size"),
@@ -53,8 +54,10 @@ const ELSEWHERE: [(&str, &str); 33] = [
     ("-v", "--timings prints the time of each pass; --version the version"),
 ];
 
-/// What is gone: the command that had it, the flag or command, and what to use instead.
-const GONE: [(&str, &str, &str); 8] = [
+/// What is gone, or of other programs: the command that it was given to, the flag or command, and what to use instead.
+const GONE: [(&str, &str, &str); 10] = [
+    ("lanternfish", "turntable", "`lanternfish render SCENE --orbit N` renders N frames around the scene"),
+    ("lanternfish", "deep-images", "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png"),
     ("doctor", "--page", "--read FILE prints a report as a table"),
     ("doctor", "--size", FRAMES_ARE_TIMED),
     ("doctor", "--seconds", FRAMES_ARE_TIMED),
@@ -79,6 +82,11 @@ const SAMPLES: &str = "--accumulate N averages N frames; --spp is of `reference`
 
 const JOINED: &str = "numbers of one flag are joined by commas: 1,2,3";
 
+/// What does the same as a flag that is none here, or no longer.
+pub(crate) fn tip(flag: &str) -> Option<&'static str> {
+    ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip)
+}
+
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
 pub(crate) fn explain(error: &mut Error) {
     let argument = |kind| match error.get(kind) {
@@ -94,8 +102,7 @@ pub(crate) fn explain(error: &mut Error) {
     let tips = match error.kind() {
         ErrorKind::UnknownArgument => {
             let argument = argument(ContextKind::InvalidArg).unwrap_or_default();
-            let known = ELSEWHERE.iter().find(|(flag, _)| *flag == argument).map(|(_, tip)| *tip);
-            let known = gone(&argument).or(known).or(argument.parse::<f64>().is_ok().then_some(JOINED));
+            let known = gone(&argument).or(tip(&argument)).or(argument.parse::<f64>().is_ok().then_some(JOINED));
             // Before the command there are no flags but --help and --version.
             let known = match argument.starts_with("--") {
                 true if usage.contains("COMMAND") => Some(AFTER_COMMAND),
@@ -118,12 +125,6 @@ pub(crate) fn explain(error: &mut Error) {
                 && error.to_string().contains("numbers") =>
         {
             vec![JOINED.to_owned()]
-        }
-        ErrorKind::InvalidSubcommand
-            if argument(ContextKind::InvalidSubcommand).is_some_and(|name| name == "turntable") =>
-        {
-            error.remove(ContextKind::SuggestedSubcommand);
-            vec!["`lanternfish render SCENE --orbit N` renders N frames around the scene".to_owned()]
         }
         ErrorKind::InvalidValue
             if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>

@@ -16,7 +16,7 @@ pub use self::{
 };
 
 /// Valid image widths and heights, pixels.
-pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
+const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Most generated lights: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
 const MOST_LIGHTS: u32 = (128 << 20) / 64;

@@ -1,4 +1,4 @@
-//! Side B of the comparison: the scene under other settings, the path tracer's image, or deep images as points; and the difference of A and B.
+//! Side B of the comparison: the scene under other settings, or the path tracer's image; and the difference of A and B.
 
 use std::sync::Arc;
 
@@ -12,7 +12,6 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::{
     background::{Background, Look, ProbeResult, Report, Subject, Traced},
-    cloud::Cloud,
     difference::Difference,
     texture::{texture, write},
     viewport::Viewport,
@@ -23,7 +22,6 @@ use crate::{
 #[derive(Debug, Default)]
 pub struct Comparison {
     rendered: Option<Viewport>,
-    cloud: Option<Cloud>,
     /// True if the scene has changed since the second viewport was created or updated.
     is_behind: bool,
     background: Option<Background>,
@@ -58,7 +56,6 @@ impl Comparison {
         if let Some(viewport) = &mut self.rendered {
             viewport.scene = Arc::default();
         }
-        self.cloud = None;
         self.forget_traced();
         if let Some(background) = &mut self.background {
             background.forget();
@@ -81,16 +78,12 @@ impl Comparison {
         if wipe.other != Other::PathTracer {
             self.forget_traced();
         }
-        if wipe.other != Other::DeepImages {
-            self.cloud = None;
-        }
-        if !rests || !matches!(wipe.other, Other::Settings | Other::PathTracer) {
+        if !rests || wipe.other == Other::Nothing {
             self.forget_difference();
         }
         match wipe.other {
             Other::Settings => self.render(first, wipe, camera, rests)?,
             Other::PathTracer => self.trace(first, camera, rests)?,
-            Other::DeepImages => self.draw_cloud(first, camera)?,
             Other::Nothing => {}
         }
         if rests && wipe.other == Other::PathTracer {
@@ -121,14 +114,6 @@ impl Comparison {
             Some(viewport) if viewport.has_more(camera) => viewport.draw(camera),
             _ => Ok(()),
         }
-    }
-
-    fn draw_cloud(&mut self, first: &Viewport, camera: &Camera) -> Result<(), RenderError> {
-        let cloud = match self.cloud.take().filter(|cloud| cloud.is_of(first)) {
-            Some(cloud) => self.cloud.insert(cloud),
-            None => self.cloud.insert(Cloud::new(first)?),
-        };
-        if cloud.is_drawn(camera, first.size()) { Ok(()) } else { cloud.draw(first, camera) }
     }
 
     fn trace(&mut self, first: &Viewport, camera: &Camera, rests: bool) -> Result<(), RenderError> {
@@ -257,11 +242,8 @@ impl Comparison {
 
     /// B's image, if there is one.
     pub fn rendering(&self) -> Option<&wgpu::TextureView> {
-        match (&self.rendered, &self.cloud) {
-            (Some(viewport), _) => Some(viewport.rendering()),
-            (None, Some(cloud)) => cloud.rendering(),
-            (None, None) => self.traced.as_ref().map(|(texture, _)| texture),
-        }
+        let traced = || self.traced.as_ref().map(|(texture, _)| texture);
+        self.rendered.as_ref().map(Viewport::rendering).or_else(traced)
     }
 
     /// The settings that were asked for B, if B is rendered.
@@ -314,9 +296,6 @@ impl Comparison {
             Other::Settings => {
                 let is_drawn = self.rendered.as_ref().is_some_and(|viewport| !viewport.has_more(camera));
                 !is_drawn || self.is_behind || self.can_be_compared(first)
-            }
-            Other::DeepImages => {
-                !self.cloud.as_ref().is_some_and(|cloud| cloud.is_of(first) && cloud.is_drawn(camera, first.size()))
             }
             Other::PathTracer => self.tracing.is_none() || self.can_be_compared(first),
         }

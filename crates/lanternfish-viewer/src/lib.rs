@@ -16,7 +16,6 @@ extern crate lanternfish_gpu_test;
 #[cfg(feature = "window")]
 mod background;
 #[cfg(feature = "window")]
-mod cloud;
 #[cfg(feature = "window")]
 mod clusters;
 #[cfg(feature = "window")]

@@ -7,7 +7,7 @@ use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{
-    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, PendingFrame, RenderError, Renderer, Settings, Target,
+    Change, FrameId, FrameMemory, FrameReport, GpuScene, PendingFrame, RenderError, Renderer, Settings, Target,
     ViewRequest,
     light_culling::{clustered::GridContents, tiled::TileContents},
     techniques::{HitLight, Probes, Sampled},
@@ -19,7 +19,7 @@ use self::{shown::ShownImage, slices::Slices};
 use crate::{
     slice_scheduler::SliceScheduler,
     stereo,
-    texture::{FORMAT, texture, write},
+    texture::{FORMAT, texture},
 };
 
 /// Size of the image for which edited shaders are compiled, pixels.
@@ -87,16 +87,6 @@ impl Viewport {
     /// True if another device than the renderer's paints the window, so paints do not wait for frames.
     pub fn paints_apart(&self) -> bool {
         self.shown.interface().is_some()
-    }
-
-    /// Copies a texture of the renderer's device to the device that paints the window. May block until the device is
-    /// idle.
-    pub fn on_interface(&self, rendering: wgpu::TextureView) -> Result<wgpu::TextureView, GpuError> {
-        let Some(interface) = self.shown.interface() else { return Ok(rendering) };
-        let texels: Vec<[u8; 4]> = read_texture(&self.gpu.device, &self.gpu.queue, rendering.texture())?;
-        let copy = texture(&interface.device, UVec2::new(rendering.texture().width(), rendering.texture().height()));
-        write(&interface.queue, &copy, texels.as_flattened());
-        Ok(copy)
     }
 
     /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
@@ -266,11 +256,6 @@ impl Viewport {
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
         self.restart();
         Ok(())
-    }
-
-    /// The engine with the compiled shaders.
-    pub fn engine(&self) -> &Engine {
-        self.renderer.engine()
     }
 
     /// True if the last frame shows this camera's view.

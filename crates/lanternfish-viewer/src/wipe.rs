@@ -13,8 +13,6 @@ pub enum Other {
     Settings,
     /// The path tracer's image.
     PathTracer,
-    /// The scene's deep images, as points.
-    DeepImages,
 }
 
 /// The state of the comparison. A, on the left, is the image of the main settings.

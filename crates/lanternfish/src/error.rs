@@ -142,16 +142,6 @@ pub enum RenderError {
         #[source]
         fault: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The requested deep image, or layer of one, does not exist.
-    #[error("deep images: there is no {what} {number}: {known}")]
-    NoSuch {
-        /// An image or a layer.
-        what: &'static str,
-        /// The requested index.
-        number: i64,
-        /// The valid indices.
-        known: String,
-    },
     /// A list exceeds the largest binding of the device.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

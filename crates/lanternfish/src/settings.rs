@@ -193,8 +193,6 @@ named_enum! {
     RayCulling {
         /// Lights behind the surface get a ray too: the baseline.
         None = "none": "Lights behind the surface get a ray too",
-        /// Normals from depth, two samples per axis: wrong at edges.
-        Naive = "naive": "Normals from depth, two samples per axis: wrong at edges",
         /// Normals from depth, five samples per axis: wrong only on triangles under three pixels.
         Improved = "improved": "Normals from depth, five samples per axis: wrong only on tiny triangles",
         /// As `Improved`, and rays start from depth too: the prepass writes depth alone [Elagabani2025, ch. 6].
@@ -265,10 +263,6 @@ named_enum! {
         Normal = "normal": "Shading normal",
         /// The triangle's own normal, world space.
         GeometricNormal = "geometric-normal": "The triangle's own normal",
-        /// The normal rebuilt from depth with two samples per axis.
-        NormalNaive = "normal-naive": "Normal rebuilt from depth, two samples per axis",
-        /// The normal rebuilt from depth with five samples per axis.
-        NormalImproved = "normal-improved": "Normal rebuilt from depth, five samples per axis",
         /// Perceptual roughness.
         Roughness = "roughness": "Perceptual roughness",
         /// Base colour after textures and vertex colours.

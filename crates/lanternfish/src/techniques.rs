@@ -10,7 +10,7 @@ pub use crate::{
     },
     light_culling::{
         TileSize,
-        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
+        clustered::{Assignment, Clustered, Grouping, grid::ClusterShape},
         tiled::Tiled,
     },
 };

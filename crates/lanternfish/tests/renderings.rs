@@ -16,8 +16,6 @@ mod ground_truth;
 mod light_lists;
 #[path = "renderings/moving.rs"]
 mod moving;
-#[path = "renderings/normals.rs"]
-mod normals;
 #[path = "renderings/regressions.rs"]
 mod regressions;
 #[path = "renderings/sampled_lights.rs"]

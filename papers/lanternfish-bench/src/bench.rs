@@ -9,7 +9,7 @@ use std::{
 };
 
 use clap::Args;
-use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings};
+use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, shaders};
 use lanternfish_cli::{
     args::adapter,
     error::{self, CliError},
@@ -19,7 +19,7 @@ use lanternfish_cli::{
     timed::Timed,
     times::frame_ms,
 };
-use lanternfish_gpu::{AdapterChoice, Engine, Gpu, PassTime, driver_warning};
+use lanternfish_gpu::{AdapterChoice, Engine, Gpu, PassTime, ShaderTexts, driver_warning};
 use lanternfish_metrics::{ColorType, RgbImage, write_png};
 use lanternfish_scene::Scene;
 
@@ -228,7 +228,17 @@ impl Bench {
 
     /// A renderer with these settings and the scene.
     pub fn stage(&self, scene: &Scene, settings: &Settings) -> Result<Stage, RenderError> {
-        let renderer = self.renderer(&settings.for_scene(scene))?;
+        Self::stage_of(self.renderer(&settings.for_scene(scene))?, scene)
+    }
+
+    /// As [`Self::stage`], with texts that replace those of the library's shaders.
+    pub fn edited_stage(&self, scene: &Scene, settings: &Settings, texts: ShaderTexts) -> Result<Stage, RenderError> {
+        let engine = Engine::new(&self.gpu.device, &self.gpu.queue);
+        shaders::edit(&engine, texts);
+        Self::stage_of(Renderer::with_engine(&engine, settings.for_scene(scene))?, scene)
+    }
+
+    fn stage_of(renderer: Renderer, scene: &Scene) -> Result<Stage, RenderError> {
         let scene = renderer.upload(scene)?;
         Ok(Stage { renderer, scene })
     }

@@ -7,7 +7,7 @@ mod savings;
 
 use clap::Args;
 use lanternfish::{
-    RenderedImage,
+    RenderError, RenderedImage,
     settings::{DebugView, RayCulling, Settings, Shadows, ToneMap},
 };
 use lanternfish_cli::{
@@ -18,10 +18,12 @@ use lanternfish_cli::{
     timed::Timed,
     times::{counter, frame_time, ms_of},
 };
+use lanternfish_gpu::ShaderTexts;
 use lanternfish_metrics::{PIXELS_PER_DEGREE, flip_ldr};
+use lanternfish_papers::normals::{naive_normals, shown_normals_from_depth};
 
 use crate::{
-    bench::{Bench, RunArgs, identical},
+    bench::{Bench, RunArgs, Stage, identical},
     case::{Case, changed},
     table::{DASH, Row, decimal},
     view::{SubjectArgs, View},
@@ -72,9 +74,13 @@ const TILE_SIZES: [Declared; 3] = [
 /// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
 const PAPER_THRESHOLD: f32 = 0.02;
 
+/// Ray culling by naive normals: `improved`, with another text of its shader.
+const NAIVE: &str = "ray-culling naive";
+
 /// Changes of settings as they are declared, with or without the test of ranges. The thesis culls by facing alone.
 fn declared(changes: &str, by_range: &str) -> String {
-    format!("{}, ray-range-culling {by_range}", changes.replace("TILED", TILED).replace("AABB", AABB))
+    let changes = changes.replace("TILED", TILED).replace("AABB", AABB).replace(NAIVE, "ray-culling improved");
+    format!("{changes}, ray-range-culling {by_range}")
 }
 
 /// A case as it is declared.
@@ -96,6 +102,19 @@ struct ForwardPlus {
 }
 
 impl ForwardPlus {
+    /// A renderer of these settings, which `changes` have declared.
+    fn stage(&self, settings: &Settings, changes: &str) -> Result<Stage, RenderError> {
+        let texts = if changes.contains(NAIVE) { naive_normals() } else { ShaderTexts::new() };
+        self.stage_with(settings, texts)
+    }
+
+    fn stage_with(&self, settings: &Settings, texts: ShaderTexts) -> Result<Stage, RenderError> {
+        match texts.is_empty() {
+            true => self.bench.stage(&self.view.scene, settings),
+            false => self.bench.edited_stage(&self.view.scene, settings, texts),
+        }
+    }
+
     /// Pairs of a pixel and a light: listed by this technique of light culling, or (`by_range` on) in range.
     fn listed(&self, settings: &Settings, by_range: &str) -> Result<u64, CliError> {
         let settings = changed(settings, &format!("ray-culling none, ray-range-culling {by_range}"));
@@ -106,11 +125,11 @@ impl ForwardPlus {
     fn row(
         &self,
         Case { name, settings, .. }: &Case,
-        paper_ms: Option<f64>,
+        (_, changes, paper_ms): &Declared,
         first: &mut Option<RenderedImage>,
         none: Option<&Row>,
     ) -> Result<Row, CliError> {
-        let mut stage = self.bench.stage(&self.view.scene, settings)?;
+        let mut stage = self.stage(settings, changes)?;
         let image = stage.frame(&self.view)?;
         let [frame, shadow, shadow_part] = Timed::each(self.bench.runs, || {
             let (ms, passes) = frame_time(|| stage.frame(&self.view))?;
@@ -136,7 +155,7 @@ impl ForwardPlus {
             .percent("false_positives", "false positives", 1, false_positives)
             .count("differing_pixels", "pixels that differ", differing as u64)
             .data("exact", is_exact(settings))
-            .optional("paper_ms", "thesis: frame ms", paper_ms);
+            .optional("paper_ms", "thesis: frame ms", *paper_ms);
         let change = |key| {
             let (value, of) = (row.f64(key), none.unwrap_or(&row).f64(key));
             let is_known = of > 0.0 && !row.get(key).is_null();
@@ -156,11 +175,11 @@ impl ForwardPlus {
         let mut rows = Vec::new();
         for (i, declared) in declared.iter().enumerate() {
             let case = case(&self.view.look, declared);
-            rows.push(self.bench.step("rows", &case.name, || self.row(&case, declared.2, first, rows.first()))?);
+            rows.push(self.bench.step("rows", &case.name, || self.row(&case, declared, first, rows.first()))?);
             let heat_map = HEAT_MAPS[i];
             if declared.1 == OPTIMISATIONS[i].1 && self.has_heat_maps && !heat_map.is_empty() {
                 let settings = case.settings.with_debug_view(DebugView::RayCount);
-                self.bench.write(heat_map, &self.bench.first_frame(&self.view, &settings)?)?;
+                self.bench.write(heat_map, &self.stage(&settings, declared.1)?.frame(&self.view)?)?;
             }
         }
         Ok(rows)
@@ -169,19 +188,20 @@ impl ForwardPlus {
     /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against
     /// geometric normals [Elagabani2025, fig. 5.3].
     fn normals(&self) -> Result<Vec<Row>, CliError> {
-        let view = |view| {
+        let view = |view, texts| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
             let settings = Settings::direct_light()
                 .with_debug_view(debug_view)
                 .with_shadows(Shadows::None)
                 .with_tone_map(tone_map);
-            self.bench.first_frame(&self.view, &settings)
+            self.stage_with(&settings, texts)?.frame(&self.view)
         };
-        let reference = view(DebugView::GeometricNormal)?;
+        let reference = view(DebugView::GeometricNormal, ShaderTexts::new())?;
         self.bench.write("normals-reference", &reference)?;
-        let views = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
-        let row = |(name, of, paper)| {
-            let image = view(of)?;
+        let naive = naive_normals().into_iter().chain(shown_normals_from_depth()).collect();
+        let views = [("naive", naive, 0.07975), ("improved", shown_normals_from_depth(), 0.02264)];
+        let row = |(name, texts, paper)| {
+            let image = view(DebugView::Normal, texts)?;
             self.bench.write(&format!("normals-{name}"), &image)?;
             let error = flip_ldr(&displayed(&reference)?, &displayed(&image)?, PIXELS_PER_DEGREE)?;
             self.bench.write_rgb(&format!("normals-{name}-error"), [image.width, image.height], &error.magma())?;

@@ -17,6 +17,7 @@
 //!
 //! | Paper | Here |
 //! |---|---|
+//! | Elagabani 2025 | [`normals`]; the rest is in the library |
 //! | Nießner 2010 | [`deep_images`], [`ACROSS_TEXELS`] |
 //! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
 //! | Archer 2019 | [`DeepImageSettings::ARCHER`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
@@ -30,6 +31,7 @@ extern crate lanternfish_gpu_test;
 pub mod deep_images;
 pub mod indirect;
 pub mod light_culling;
+pub mod normals;
 pub mod occlusion;
 mod presets;
 pub mod rays;
@@ -50,7 +52,7 @@ pub use self::{
     deep_images::{
         ACROSS_TEXELS, PaperImages, WITHIN_TEXEL,
         directions::DirectionSet,
-        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
+        settings::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
     },
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     light_culling::raster_grid::RasterGrid,

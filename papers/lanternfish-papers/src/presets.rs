@@ -66,11 +66,10 @@ const ELAGABANI: &[Row] = &[
 ];
 
 const VAN_GELDEREN: &[Row] = &[
-    ("culling", "clustered", "§3"),
+    ("culling", "clustered", "§3; the test of the box around a cluster is ours, and shortens lists"),
     ("clusters", "persp:64", "§3.1; the best size of chapter 6"),
     ("cluster-views", "enclosed", "§4.1: one grid around both eyes"),
     ("light-assignment", "brute_force", "§3.3"),
-    ("cluster-test", "planes", "§3.3"),
     ("cluster-depth", "100", "§6.1.3"),
     ("ray-culling", "surface", "no shadow rays"),
     ("ray-range-culling", "on", "no shadow rays"),

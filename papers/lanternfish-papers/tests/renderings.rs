@@ -16,6 +16,8 @@ mod changes;
 mod corners;
 #[path = "renderings/identical.rs"]
 mod identical;
+#[path = "renderings/normals.rs"]
+mod normals;
 #[path = "renderings/passes.rs"]
 mod passes;
 #[path = "../../../crates/lanternfish/tests/renderings/support.rs"]

@@ -6,8 +6,8 @@ use lanternfish::{
         TracerChoice,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution,
-        LightChoice, LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
+        Assignment, ClusterShape, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution, LightChoice,
+        LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao};
@@ -52,7 +52,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 
 #[test]
 fn every_flag_reaches_its_setting() {
-    let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
+    let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling improved --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --attenuation-near-radius 0.75 --attenuation-coefficients 1,0.5,2 --range-threshold 0.5 \
                  --materials lambert --exposure -2 --tone-map none --background #ff8000 --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
@@ -64,7 +64,7 @@ fn every_flag_reaches_its_setting() {
         .with_direct(SampledLights { rays: LightRays::Two, choice: LightChoice::Uniform, denoise: Denoise::Off })
         .with_culling(Tiled { tile_size: TileSize::Px32, aabb_test: false })
         .with_shadows(Shadows::BVH)
-        .with_ray_culling(RayCulling::Naive)
+        .with_ray_culling(RayCulling::Improved)
         .with_ray_range_culling(RayRangeCulling::Off)
         .with_attenuation(Attenuation::Physical)
         .with_attenuation_near_radius(0.75)
@@ -114,12 +114,11 @@ fn every_flag_reaches_its_setting() {
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed("--culling all").settings().culling, Culling::NONE);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \
-                 --cluster-test planes --cluster-depth 100";
+                 --cluster-depth 100";
     let clustered = Clustered {
         shape: ClusterShape::Displaced { pixels: 64, distance: 32.0 },
         grouping: Grouping::Individual,
         assignment: Assignment::BruteForce,
-        test: ClusterTest::Planes,
         depth: 100,
     };
     let args = parsed(words);

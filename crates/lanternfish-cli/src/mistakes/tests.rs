@@ -103,7 +103,7 @@ fn environments() {
     place.refuses(&[(bright, "--environment-scale 3 | smaller")]);
 }
 
-/// What other programs call otherwise, and a file without a command.
+/// What other programs call otherwise, what was removed, and a file without a command.
 #[test]
 fn flags_and_forms_of_other_programs() {
     let place = Place::new();
@@ -120,6 +120,8 @@ fn flags_and_forms_of_other_programs() {
         ("render demo:cornell --denoiser off", "indirect light is always denoised"),
         ("render demo:cornell --threads 4", "only `lanternfish reference` traces on CPU threads"),
         ("turntable box.glb", "`lanternfish render SCENE --orbit N`"),
+        ("deep-images demo:cornell", "`lanternfish-bench deep-images SCENE`"),
+        ("render demo:cornell --cluster-test planes", "tip: leave it out: every light is tested"),
         ("render demo:cornell --indirect path", "`lanternfish reference SCENE` is the path tracer"),
         ("farm demo:cornell --orbit 8", "`lanternfish shot SCENE --orbit N -o shot.toml`"),
         ("farm demo:cornell --frames 1-4 --size 8x8", "`lanternfish shot SCENE FLAGS -o shot.toml`"),
@@ -162,11 +164,13 @@ fn values_of_flags() {
         ("--stereo-layout", "nonsense", "layers"),
         ("--clusters", "nonsense", "displ:"),
         ("--cluster-views", "nonsense", "enclosed"),
-        ("--cluster-test", "nonsense", "planes-and-box"),
         ("--light-assignment", "nonsense", "hierarchy"),
         ("--attenuation", "nonsense", "physical_smooth_2"),
         ("--materials", "nonsense", "lambert"),
         ("--debug-view", "nonsense", "light-count"),
+        ("--deep-builder", "nonsense", "single_pass"),
+        ("--deep-directions", "ball:9", "zonal:169, stacks:13x13 or cube:5"),
+        ("--deep-directions", "cube:99", "29403 directions: expected 1 to 4096"),
         ("--ray-culling", "nonsense", "improved"),
         ("--ray-range-culling", "nonsense", "off"),
         ("--tone-map", "film", "neutral"),
@@ -241,7 +245,6 @@ fn outputs() {
         ("render nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
         ("render nowhere.glb -o %a.png --report %keep.png", "keep.png: this file is read-only"),
         ("reference nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
-        ("deep-images nowhere.glb -o %keep.png", "keep.png: this file is read-only"),
         ("compare nowhere.png nowhere.png --map %keep.png", "keep.png: this file is read-only"),
         ("compare nowhere.png nowhere.png --json %keep.png", "keep.png: this file is read-only"),
         (&format!("render nowhere.glb -o %{long}"), "File name too long | choose a shorter name"),
@@ -283,6 +286,7 @@ fn folders_of_scenes() {
 fn shots() {
     let place = Place::with(&[
         ("key.toml", "scene = \"demo:cornell\"\n\n[look]\nexposre = 1\n"),
+        ("gone.toml", "scene = \"demo:cornell\"\n[technique]\ncluster-test = \"planes\"\n"),
         ("nowhere.toml", "scene = \"nowhere.glb\""),
         ("report.toml", "scene = \"demo:cornell\"\n[run]\nreport = \"report.toml\""),
         (
@@ -308,6 +312,7 @@ fn shots() {
     place.refuses(&[
         ("render %key.toml", key),
         ("shot %key.toml", key),
+        ("render %gone.toml", "gone.toml:3:1: unknown key `cluster-test` | leave it out"),
         ("render %nowhere.toml", "nowhere.glb"),
         ("shot %nowhere.toml", "nowhere.glb"),
         ("render %report.toml", "both the shot and --report"),
@@ -348,18 +353,7 @@ fn shots() {
 }
 
 #[test]
-fn deep_images() {
-    Place::new().refuses(&[
-        ("deep-images demo:cornell --directions ball:9", "zonal:169, stacks:13x13 or cube:5"),
-        ("deep-images demo:cornell --directions cube:99", "29403 directions: expected 1 to 4096"),
-        ("deep-images demo:cornell -o %a.exr", "end the name with .png"),
-        ("deep-images demo:cornell --builder magic", "single_pass"),
-        ("deep-images demo:cornell --view all", "layers"),
-        ("deep-images nowhere.glb", "No such file"),
-    ]);
-}
-
-#[test]
+#[cfg(feature = "window")]
 fn windows_of_images_and_scenes() {
     Place::with(&[("a.png", "no image")]).refuses(&[
         ("view demo:cornell %a.png", "a.png | tip: `lanternfish compare A B --map difference.png`"),

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     error::CliError,
-    parse,
+    mistakes, parse,
     recording::{self, Recorded},
     scene::SceneName,
 };
@@ -288,9 +288,10 @@ impl Reader<'_> {
             None => format!("unknown key `{name}`"),
         };
         let elsewhere = self.keys.iter().find(|key| key.name == name).map(|key| key.table.as_str());
-        let hint = match elsewhere {
-            Some(other) => format!("`{name}` belongs in [{other}]"),
-            None => format!("did you mean `{}`?", nearest(name, &known.collect::<Vec<_>>())),
+        let hint = match (elsewhere, mistakes::tip(&format!("--{name}"))) {
+            (Some(other), _) => format!("`{name}` belongs in [{other}]"),
+            (None, Some(tip)) => tip.to_owned(),
+            (None, None) => format!("did you mean `{}`?", nearest(name, &known.collect::<Vec<_>>())),
         };
         self.error(place, &what, hint)
     }

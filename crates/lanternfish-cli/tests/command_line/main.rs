@@ -1,7 +1,6 @@
 //! Tests of the command line, from words to files, in one program, which is linked once.
 
 mod compare;
-mod deep_images;
 mod doctor;
 mod hostile;
 mod mistakes;

@@ -3,7 +3,6 @@ use std::time::{Duration, Instant};
 use lanternfish::settings::{DebugView, Shadows, ToneMap};
 use lanternfish_gpu::{Gpu, read_texture, testing};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
-use lanternfish_papers::DeepImageSettings;
 use lanternfish_scene::generate::demo;
 
 use super::*;
@@ -148,31 +147,4 @@ fn gpu_a_pixel_is_probed_while_images_are_drawn(gpu: &Gpu) {
     both.comparison.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.probe_result.is_some());
     assert_eq!(both.probe_result.unwrap().place, None);
-}
-
-/// Points of deep images cover the surfaces, and follow the camera and the scene.
-#[gpu_test]
-fn gpu_deep_images_are_points_on_side_b(gpu: &Gpu) {
-    let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    let settings = Settings::direct_light().with_shadows(Shadows::BVH).with_structure(images);
-    let mut both = Both::new(gpu, &settings);
-    both.wipe.other = Other::DeepImages;
-    let at_rest =
-        |both: &Both| !both.comparison.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;
-    both.until(1, at_rest);
-    let points = both.pixels_of_b();
-    let covered = points.iter().filter(|[r, g, b, _]| *r > 0 || *g > 0 || *b > 0).count();
-    assert!(2 * covered > points.len(), "{covered} of {} pixels show a point", points.len());
-    assert!(both.comparison.mean().is_none(), "points are not compared");
-    both.camera.world_from_camera.translation.x += 0.3;
-    assert!(both.comparison.has_more(&both.first, &both.wipe, &both.camera));
-    both.until(1, at_rest);
-    let moved = both.pixels_of_b();
-    assert!(moved != points);
-    both.comparison.release_scene();
-    both.first.set_lights(Vec::new()).unwrap();
-    both.until(1, at_rest);
-    assert!(both.pixels_of_b() == moved, "lights do not affect the points");
-    both.wipe.other = Other::Nothing;
-    both.until(1, |both| both.comparison.rendering().is_none());
 }

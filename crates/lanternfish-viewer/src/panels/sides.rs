@@ -16,7 +16,6 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
         for (other, name, help) in [
             (Other::Nothing, "nothing", "A only"),
             (Other::Settings, "other settings", "The same scene under other settings"),
-            (Other::DeepImages, "deep images", "The scene's deep images as points: red faces ±x, green ±y, blue ±z"),
             (
                 Other::PathTracer,
                 "path tracer",
@@ -42,11 +41,6 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
             ui.selectable_value(&mut wipe.edits_b, false, "A");
             ui.selectable_value(&mut wipe.edits_b, true, "B");
         });
-    }
-    if wipe.other == Other::DeepImages {
-        wipe.shows_map = false;
-        ui.add(egui::Slider::new(&mut wipe.line, 0.0..=1.0).show_value(false).text("line"));
-        return;
     }
     let of_b = match wipe.other {
         Other::PathTracer => format!("B: {} samples per pixel", facts.progress_of_b),

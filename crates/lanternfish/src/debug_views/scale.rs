@@ -52,8 +52,6 @@ impl Scale {
             DebugView::Occlusion => ("ambient visibility", Law::Linear(1.0), Colors::Light),
             DebugView::Normal
             | DebugView::GeometricNormal
-            | DebugView::NormalNaive
-            | DebugView::NormalImproved
             | DebugView::BaseColor
             | DebugView::ClusterIndex
             | DebugView::Indirect

@@ -4,7 +4,7 @@ use lanternfish_gpu::testing;
 
 use crate::{
     settings::Culling,
-    techniques::{Assignment, ClusterShape, ClusterTest, Clustered, TileSize, Tiled},
+    techniques::{Assignment, ClusterShape, Clustered, TileSize, Tiled},
     testing::culling::{Case, SIZE, check_culling, listed},
 };
 
@@ -23,9 +23,8 @@ fn clustered() -> Vec<Case> {
         ClusterShape::Displaced { pixels: 16, distance: 2.0 },
     ];
     let of = |shape| {
-        [(Assignment::BruteForce, ClusterTest::Planes), (Assignment::Hierarchy, ClusterTest::PlanesAndBox)].map(
-            |(assignment, test)| (Culling::from(Clustered { shape, assignment, test, ..Clustered::default() }), None),
-        )
+        let assignments = Assignment::ALL.iter().copied();
+        assignments.map(move |assignment| (Clustered { shape, assignment, ..Clustered::default() }.into(), None))
     };
     shapes.into_iter().flat_map(of).collect()
 }

@@ -147,19 +147,6 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
     Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)
 }
 
-/// Runs a full-screen pipeline over a display target of `size`.
-pub fn fullscreen(
-    frame: &mut Frame<'_>,
-    pipeline: &RasterPipeline,
-    label: &str,
-    bindings: &Bindings<'_>,
-    size: UVec2,
-) -> wgpu::TextureView {
-    let display = display_target(frame, size);
-    show(frame, pipeline, label, bindings, &display);
-    display
-}
-
 /// The display target of a view. Frames request their targets in the same order, and so get the same textures.
 pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1)

@@ -3,8 +3,8 @@
 use lanternfish_gpu::Feature;
 
 use super::{
-    CULL_IMPROVED, CULL_NAIVE, CULL_RANGE, CULL_SURFACE, CULL_TRIANGLE, DEEP_SHADOWS, DEPTH_ALONE, EDGES_PLANNED,
-    RAY_COUNTS, SHADOW_HISTORY, SOFT, VISIBILITY_WRITTEN, counts_rays,
+    CULL_IMPROVED, CULL_RANGE, CULL_SURFACE, CULL_TRIANGLE, DEEP_SHADOWS, DEPTH_ALONE, EDGES_PLANNED, RAY_COUNTS,
+    SHADOW_HISTORY, SOFT, VISIBILITY_WRITTEN, counts_rays,
 };
 use crate::{
     error::RenderError,
@@ -56,7 +56,6 @@ pub(crate) fn features(
     trace.extend((settings.shadows.ray_range_culling == RayRangeCulling::On).then_some(CULL_RANGE));
     let culling: &[Feature] = match settings.shadows.ray_culling {
         RayCulling::None => &[],
-        RayCulling::Naive => &[CULL_NAIVE],
         RayCulling::Improved => &[CULL_IMPROVED],
         RayCulling::Depth => &[CULL_IMPROVED, DEPTH_ALONE],
         RayCulling::Surface => &[CULL_SURFACE],

@@ -68,8 +68,6 @@ pub(crate) const SHADOW_HISTORY: Feature = Feature::new("shadow_history");
 const VISIBILITY_WRITTEN: Feature = Feature::new("visibility_written");
 /// Ray culling by the lights' ranges.
 const CULL_RANGE: Feature = Feature::new("cull_range");
-/// Ray culling by normals from two depth samples per axis.
-const CULL_NAIVE: Feature = Feature::new("cull_naive");
 /// Ray culling by normals from five depth samples per axis.
 const CULL_IMPROVED: Feature = Feature::new("cull_improved");
 /// Rays start from depth, without the surface target.

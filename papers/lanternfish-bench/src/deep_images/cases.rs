@@ -1,6 +1,6 @@
 //! The measured configurations, by table.
 
-use lanternfish_papers::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet};
+use lanternfish_papers::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet};
 
 use crate::table::Row;
 
@@ -68,7 +68,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
     // Only the single-pass builder supersamples.
     let finer_samples = |n: &u32| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) };
-    let stored = |store, depth, payload| DeepImageSettings { store, depth, payload, ..of(all) };
+    let stored = |store, payload| DeepImageSettings { store, payload, ..of(all) };
     let searches = |resolution| {
         DeepSearch::ALL.iter().map(|search| DeepImageSettings { search: *search, resolution, ..of(all) }).collect()
     };
@@ -86,12 +86,10 @@ pub fn groups(quick: bool) -> Vec<Group> {
         with_holes: title == "Builders",
     };
     let stores = vec![
-        stored(DeepStore::LinearArray, DeepDepth::Bits32, true),
-        stored(DeepStore::LinearArray, DeepDepth::Bits16, true),
-        stored(DeepStore::LinearArray, DeepDepth::Bits32, false),
-        stored(DeepStore::LinearArray, DeepDepth::Bits16, false),
-        stored(DeepStore::LinkedList, DeepDepth::Bits32, true),
-        stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
+        stored(DeepStore::LinearArray, true),
+        stored(DeepStore::LinearArray, false),
+        stored(DeepStore::LinkedList, true),
+        stored(DeepStore::SortedLinkedList, true),
         // Lists against arrays [Archer2019, §3.1].
         his,
         DeepImageSettings { store: DeepStore::LinkedList, ..his },
@@ -133,7 +131,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
 
 /// Describes a configuration, apart from its number of directions and its resolution.
 pub fn in_words(settings: &DeepImageSettings) -> String {
-    let DeepImageSettings { directions, builder, supersampling, store, depth, sort, search, payload, .. } = settings;
+    let DeepImageSettings { directions, builder, supersampling, store, sort, search, payload, .. } = settings;
     if is_archers(settings) {
         return "as in Archer 2019".to_owned();
     }
@@ -146,9 +144,6 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     }
     if *store != DeepStore::LinearArray {
         words += &format!(", {store}");
-    }
-    if *depth != DeepDepth::Bits32 {
-        words += &format!(", {depth} bits");
     }
     if *sort != DeepSort::Selection {
         words += &format!(", sort {sort}");

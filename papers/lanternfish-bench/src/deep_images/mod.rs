@@ -4,6 +4,7 @@
 pub mod build;
 pub mod cases;
 mod crossings;
+mod layers;
 mod rays;
 mod trace;
 
@@ -109,6 +110,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
         "*As in Archer 2019*: one draw, stacks and slices, 64² texels, arrays sorted in blocks, nothing merged, linear steps; his milliseconds \
          are of a GeForce GTX 1060 [Archer 2019, table 2 and §4].",
     );
+    report.paragraph(layers::TEXT);
     report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
     for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.heading(&format!("Building: {}", group[0].words_of("group").to_lowercase()));
@@ -175,6 +177,10 @@ impl DeepBench {
                 return Ok(());
             }
         };
+        if self.built.is_empty() {
+            let (size, rgb) = layers::sheet(&bench.gpu, &images)?;
+            bench.write_rgb("layers", size, &rgb)?;
+        }
         let mut counted = None;
         if group.with_holes && settings.builder != DeepBuilder::PerDirection {
             let doing = format!("Holes, {doing}");

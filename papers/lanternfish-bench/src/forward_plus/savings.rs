@@ -47,7 +47,7 @@ impl ForwardPlus {
     fn saving(&self, name: &str, settings: [&str; 2], paper: Option<f64>) -> Result<Row, CliError> {
         let stage = |changes| {
             let settings = changed(&self.view.look, &declared(changes, "off"));
-            let mut stage = self.bench.stage(&self.view.scene, &settings)?;
+            let mut stage = self.stage(&settings, changes)?;
             let rays = counter(&stage.frame(&self.view)?.report, "shadows/rays") as f64;
             Ok::<_, CliError>((stage, rays))
         };

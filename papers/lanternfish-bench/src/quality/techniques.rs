@@ -31,7 +31,7 @@ const NAMED: [&str; 5] = ["shadows", "ray-culling", "ray-range-culling", "sample
 
 /// Names and values of light culling. Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not
 /// visible.
-const CULLINGS: [(&str, &str); 15] = [
+const CULLINGS: [(&str, &str); 14] = [
     ("all", "all"),
     ("tiled 8", "tiled, tile-size 8"),
     ("tiled 8, aabb off", "tiled, tile-size 8, aabb off"),
@@ -42,7 +42,6 @@ const CULLINGS: [(&str, &str); 15] = [
     ("clustered ortho:1", "clustered, clusters ortho:1"),
     ("clustered displ:64:8", "clustered, clusters displ:64:8"),
     ("clustered persp:32, brute_force", "clustered, light-assignment brute_force"),
-    ("clustered persp:32, planes", "clustered, cluster-test planes"),
     ("raster-grid 8, 32 layers", "raster-grid, tile-size 8"),
     ("raster-grid 16, 32 layers", "raster-grid"),
     ("raster-grid 32, 32 layers", "raster-grid, tile-size 32"),

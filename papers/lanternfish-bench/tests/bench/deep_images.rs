@@ -13,6 +13,7 @@ fn gpu_deep_images_are_built_and_traced_in_every_way() {
     fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
     let (first, said) = bench(folder.path(), &format!("deep-images shot.toml {QUICK}"), "first");
     assert_eq!(said.lines().last(), Some("first/report.md"));
+    assert!(folder.path().join("first/layers.png").exists());
     let built = first["built"].as_array().unwrap();
     let drawn = |builder: &str| {
         let row = built.iter().find(|row| row["builder"] == builder && row["directions"] == 4);

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lanternfish::rays::TracedRay;
 
-use super::{DeepFrame, DeepGrid, Fragment, validate::STEPS_16};
+use super::{DeepFrame, DeepGrid, Fragment};
 
 /// Lists of one image, row by row, each ascending.
 pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]]) -> Vec<Vec<Fragment>> {
@@ -55,12 +55,6 @@ pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
         }
     }
     kept
-}
-
-/// A depth after the rounding of `store/depth_16.wesl`.
-pub(crate) fn depth_16(depth: f32, radius: f32) -> f32 {
-    let step = (STEPS_16 * (0.5 + 0.5 * depth / radius).clamp(0.0, 1.0)).round_ties_even();
-    (2.0 * step / STEPS_16 - 1.0) * radius
 }
 
 /// A ray's start in an image: texels across and down, and depth, m.

@@ -52,7 +52,7 @@ pub struct DeepCounts {
     pub drawn: u64,
     /// Fragments left after merging; in linked lists, all that were drawn.
     pub kept: u64,
-    /// Bytes of all buffers of lists and fragments: 4 per list; per fragment 4 or 2 for its depth, 4 for its triangle, 4 for the link of a
+    /// Bytes of all buffers of lists and fragments: 4 per list; per fragment 4 for its depth, 4 for its triangle, 4 for the link of a
     /// linked list.
     pub bytes: u64,
 }

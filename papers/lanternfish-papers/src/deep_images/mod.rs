@@ -23,14 +23,13 @@ mod tests;
 #[cfg(test)]
 mod cpu_reference;
 mod validate;
-pub mod view;
 
 pub use build::{DeepImageBuilder, PeeledFragment};
 pub use holes::Holes;
 pub use images::{Chunk, DeepCounts, DeepImages};
 pub use kept::KeptDeepImages;
 pub use of_papers::PaperImages;
-pub(crate) use shaders::{DECLARED, DEPTH_16, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
+pub(crate) use shaders::{DECLARED, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 pub use shaders::{DeepFrame, DeepGrid, SurfaceSample};
 pub use structure::{ACROSS_TEXELS, WITHIN_TEXEL};
 pub use validate::{Fragment, ListFault};

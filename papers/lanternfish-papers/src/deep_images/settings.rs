@@ -83,8 +83,6 @@ pub struct DeepImageSettings {
     pub slices: u32,
     /// Memory layout of the lists.
     pub store: DeepStore,
-    /// Memory layout of a depth.
-    pub depth: DeepDepth,
     /// Sort of a linear array's lists. The result is the same.
     pub sort: DeepSort,
     /// Search in a linear array's lists. The result is the same.
@@ -110,7 +108,6 @@ impl Default for DeepImageSettings {
             fragments_a_texel: 8,
             slices: 1,
             store: DeepStore::LinearArray,
-            depth: DeepDepth::Bits32,
             sort: DeepSort::Selection,
             search: DeepSearch::Bisection,
             tolerance: 0.5,
@@ -132,7 +129,6 @@ impl DeepImageSettings {
         fragments_a_texel: 8,
         slices: 1,
         store: DeepStore::LinearArray,
-        depth: DeepDepth::Bits32,
         sort: DeepSort::Blocks,
         search: DeepSearch::LinearSteps,
         tolerance: 0.5,
@@ -197,22 +193,5 @@ impl DeepBuilder {
     /// True of builders that draw the scene once, and sample it then.
     pub const fn is_single_pass(self) -> bool {
         matches!(self, Self::SinglePass | Self::SinglePassLiteral)
-    }
-}
-
-impl DeepStore {
-    /// True if it supports such depths: linked lists are built in place, and two builders cannot write halves of a word.
-    pub const fn holds(self, depth: DeepDepth) -> bool {
-        matches!((self, depth), (Self::LinearArray, _) | (_, DeepDepth::Bits32))
-    }
-}
-
-named_enum! {
-    /// Memory layout of a depth of deep images.
-    DeepDepth {
-        /// As a float.
-        Bits32 = "32",
-        /// In 65,534 steps of the diameter of the sphere around the scene: 2 bytes less per fragment. Linear arrays only.
-        Bits16 = "16",
     }
 }

@@ -6,8 +6,7 @@ use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
 
 use super::{
     build::shared::PeeledFragment,
-    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
-    view::shared::{PointRange, TexelQuery, TexelScale},
+    settings::{DeepImageSettings, DeepSearch, DeepStore},
 };
 
 /// Features of each store, without and with the fragments' triangles.
@@ -32,20 +31,13 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         Root::of("deep_images/build/peeled", &[STORES]),
         Root::of("deep_images/store/fill", &[&[&[], &[PAYLOAD]]]),
         Root::of("deep_images/store/sort", &[&[&[], &[PAYLOAD]], &[&[], &[BLOCK_SORT]]]),
-        Root::new("deep_images/store/pack"),
         Root::of("deep_images/store/link", &[&[&[], &[PAYLOAD]]]),
-        Root::of("deep_images/view/points", &[&[&[PAYLOAD]], &[&[], &[DEPTH_16]]]),
-        Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]], &[&[], &[LINEAR_STEPS]]]),
-        Root::new("deep_images/view/paint"),
     ],
     &[
         SharedStruct::of::<DeepGrid>(),
         SharedStruct::of::<DeepFrame>(),
         SharedStruct::of::<PeeledFragment>(),
         SharedStruct::of::<SurfaceSample>(),
-        SharedStruct::of::<PointRange>(),
-        SharedStruct::of::<TexelQuery>(),
-        SharedStruct::of::<TexelScale>(),
     ],
 );
 
@@ -57,8 +49,6 @@ pub(crate) const LINKED_LIST: Feature = Feature::new("linked_list");
 pub(crate) const SORTED_LINKED_LIST: Feature = Feature::new("sorted_linked_list");
 /// Fragments store their triangles.
 pub(crate) const PAYLOAD: Feature = Feature::new("payload");
-/// Depths of fragments have 16 bits.
-pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
 /// Lists in linear arrays are sorted by networks, in blocks.
 pub(crate) const BLOCK_SORT: Feature = Feature::new("block_sort");
 /// Samples of the single pass become fragments as they are.
@@ -142,11 +132,6 @@ impl DeepGrid {
 impl DeepImageSettings {
     /// Every variant of images that shaders read differently, with triangles or without.
     pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
-        let stores = DeepStore::ALL.iter().copied();
-        let depths = stores.flat_map(|store| {
-            let held = DeepDepth::ALL.iter().copied().filter(move |depth| store.holds(*depth));
-            held.map(move |depth| Self { store, depth, payload, ..Self::default() })
-        });
         let of_kind = |images: Self| {
             let searches = match images.store {
                 DeepStore::LinearArray => DeepSearch::ALL,
@@ -154,7 +139,7 @@ impl DeepImageSettings {
             };
             searches.iter().map(move |search| Self { search: *search, ..images })
         };
-        depths.flat_map(of_kind).collect()
+        DeepStore::ALL.iter().flat_map(|store| of_kind(Self { store: *store, payload, ..Self::default() })).collect()
     }
 
     /// Features of a shader that imports `deep_images/fragments`, so that it reads images of these settings.
@@ -164,9 +149,8 @@ impl DeepImageSettings {
             DeepStore::LinkedList => Some(LINKED_LIST),
             DeepStore::SortedLinkedList => Some(SORTED_LINKED_LIST),
         };
-        let depth = (self.depth == DeepDepth::Bits16).then_some(DEPTH_16);
         let steps = self.store == DeepStore::LinearArray && self.search == DeepSearch::LinearSteps;
         let search = steps.then_some(LINEAR_STEPS);
-        store.into_iter().chain(depth).chain(search).chain(self.payload.then_some(PAYLOAD)).collect()
+        store.into_iter().chain(search).chain(self.payload.then_some(PAYLOAD)).collect()
     }
 }

@@ -67,8 +67,9 @@ impl Technique for DeepImageSettings {
             "deep-directions",
             "SET",
             Range::Text,
-            "Set of deep-image directions: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each \
-             direction also serves its opposite. More: smoother, slower.",
+            "Set of deep-image directions: zonal:N, stacks:AxB or cube:K. More: smoother, slower.\n\n\
+             zonal: N of equal area each. stacks: A steps from the pole down, B around it. cube: K x K on each face. Each \
+             direction also serves its opposite.",
             |images: &mut Self| &mut images.directions,
         )
         .with_default(),

@@ -5,7 +5,7 @@ use lanternfish_gpu::read_back;
 
 use super::{
     images::{Chunk, DeepImages},
-    settings::{DeepDepth, DeepStore},
+    settings::DeepStore,
     shaders::DeepFrame,
 };
 
@@ -132,7 +132,7 @@ impl DeepImages {
     /// - chunks hold every image once, and each image lies along its direction, whose opposite reads it backwards;
     /// - lists of a linear array are contiguous, from the first fragment to the last;
     /// - linked lists end, and reach every fragment exactly once;
-    /// - they are in order, if the store sorts: by depth, then (except with 16 bits) by triangle;
+    /// - they are in order, if the store sorts: by depth, then by triangle;
     /// - every fragment was written, with a depth in the scene's range and a valid triangle;
     /// - as many fragments were stored as were drawn if none are merged, and at most as many otherwise.
     ///
@@ -203,11 +203,8 @@ impl DeepImages {
             }
         };
         if self.settings.store != DeepStore::LinkedList {
-            // Fragments with equal 16-bit depths are in the order of their original depths.
-            let by_triangle = self.settings.depth == DeepDepth::Bits32;
-            let in_order = |a: &Fragment, b: &Fragment| {
-                a.depth < b.depth || (a.depth == b.depth && (!by_triangle || a.triangle <= b.triangle))
-            };
+            let in_order =
+                |a: &Fragment, b: &Fragment| a.depth < b.depth || (a.depth == b.depth && a.triangle <= b.triangle);
             if let Some(list) = all.iter().position(|list| !list.is_sorted_by(in_order)) {
                 return Err(ListFault::Unsorted { list }.into());
             }
@@ -223,31 +220,15 @@ impl DeepImages {
         chunk: &Chunk,
     ) -> Result<Vec<Fragment>, RenderError> {
         let count = chunk.fragments as usize;
-        let depths: Vec<f32> = match self.settings.depth {
-            DeepDepth::Bits32 => {
-                let words = read_back::<u32>(device, queue, &chunk.depths, count)?;
-                words.iter().map(|word| if *word == 0 { f32::NAN } else { f32::from_bits(*word) }).collect()
-            }
-            DeepDepth::Bits16 => {
-                let words = read_back::<u32>(device, queue, &chunk.depths, count.div_ceil(2))?;
-                let halves = words.iter().flat_map(|word| [word & 0xffff, word >> 16]);
-                let depth = |half: u32| {
-                    let of_diameter = (half as f32 - 1.0) / STEPS_16;
-                    if half == 0 { f32::NAN } else { (2.0 * of_diameter - 1.0) * chunk.grid.radius }
-                };
-                halves.map(depth).take(count).collect()
-            }
-        };
+        let words = read_back::<u32>(device, queue, &chunk.depths, count)?;
+        let depths = words.iter().map(|word| if *word == 0 { f32::NAN } else { f32::from_bits(*word) });
         let triangles: Vec<Option<u32>> = match &chunk.triangles {
             Some(triangles) => read_back::<u32>(device, queue, triangles, count)?.into_iter().map(Some).collect(),
             None => vec![None; count],
         };
-        Ok(depths.into_iter().zip(triangles).map(|(depth, triangle)| Fragment { depth, triangle }).collect())
+        Ok(depths.zip(triangles).map(|(depth, triangle)| Fragment { depth, triangle }).collect())
     }
 }
-
-/// Steps of a 16-bit depth across the sphere around the scene: `STEPS` of `store/depth_16.wesl`.
-pub(crate) const STEPS_16: f32 = 65534.0;
 
 /// Checks one fragment: that it was written, its depth, its triangle.
 fn check(chunk: &Chunk, index: usize, fragment: &Fragment) -> Result<(), ListFault> {

@@ -9,7 +9,7 @@ use lanternfish::{
     },
 };
 
-use crate::{Deep, DeepDepth, DeepImageSettings, DeepSearch, FOLDERS, shaders::SHADERS};
+use crate::{Deep, DeepImageSettings, DeepSearch, FOLDERS, shaders::SHADERS};
 
 fn every_shader() -> EveryShader {
     crate::register();
@@ -18,9 +18,6 @@ fn every_shader() -> EveryShader {
     let usual = Settings::default();
     let (usual, others): (Vec<_>, Vec<_>) =
         all.into_iter().partition(|s| s.shadows.ray_culling == usual.shadows.ray_culling);
-    let usual = with(&usual, DeepDepth::ALL, |s, depth| {
-        s.structure = DeepImageSettings { depth, ..DeepImageSettings::of(&s.structure) }.into()
-    });
     let usual = with(&usual, DeepSearch::ALL, |s, search| {
         s.structure = DeepImageSettings { search, ..DeepImageSettings::of(&s.structure) }.into()
     });

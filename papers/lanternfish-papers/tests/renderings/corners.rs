@@ -55,7 +55,7 @@ fn gpu_any_size_shows_the_same_scene(gpu: &Gpu) {
     let camera = scene.cameras[0].clone();
     scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(1.0), 1, 0.0));
     for size in [(1, 1), (1, 9), (9, 1), (16, 16), (37, 23)] {
-        for view in [None, Some(DebugView::NormalImproved), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
+        for view in [None, Some(DebugView::Depth), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
             let settings = |culling| Settings::direct_light().with_culling(culling).with_debug_view(view);
             let tiled = render(gpu, &scene, &camera, size, settings(Culling::default()));
             assert_eq!(tiled.radiance.len(), (size.0 * size.1) as usize);

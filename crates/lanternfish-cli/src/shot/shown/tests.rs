@@ -6,7 +6,7 @@ use lanternfish::{
     settings::{DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
     techniques::{Clustered, TileSize, Tiled},
 };
-use lanternfish_papers::{DeepDepth, DeepImageSettings, DirectionSet, Hbao, RasterGrid};
+use lanternfish_papers::{DeepImageSettings, DirectionSet, Hbao, RasterGrid};
 use lanternfish_scene::generate::demo;
 
 use super::*;
@@ -122,7 +122,7 @@ fn settings_are_data() {
         let text = serde_json::to_string(&settings).unwrap();
         assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");
     }
-    let images = DeepImageSettings { depth: DeepDepth::Bits16, ..DeepImageSettings::default() };
+    let images = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() };
     let error = serde_json::to_string(&Settings::default().with_structure(images)).unwrap_err().to_string();
     assert!(error.contains("values without a parameter"), "{error}");
     let text = r#"{ "structure": { "deep-images": { "deep-directions": "zonal:0" } } }"#;
@@ -217,7 +217,7 @@ fn cameras_and_settings_without_flags_are_refused() {
     let mut settings = Settings::default();
     let refused =
         |settings: &Settings, camera: &Camera| opened.shown(&still(settings, &scene, camera)).unwrap_err().to_string();
-    settings.structure = DeepImageSettings { depth: DeepDepth::Bits16, ..DeepImageSettings::default() }.into();
+    settings.structure = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() }.into();
     assert!(refused(&settings, &camera).contains("flags cannot express these settings"));
     let settings = Settings::default();
     camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);

@@ -14,7 +14,7 @@ pub mod tree;
 
 pub use self::{
     contents::{GridContents, VisibleCluster},
-    settings::{Assignment, ClusterTest, Clustered, Grouping},
+    settings::{Assignment, Clustered, Grouping},
 };
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
@@ -54,8 +54,8 @@ gpu_struct! {
         capacity: u32,
         /// Clusters along x, y and z.
         dimensions: UVec3,
-        /// 1: lights are also tested against the box around a cluster.
-        box_test: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -281,7 +281,7 @@ impl ClusteredCulling {
             cell: geometry.cell,
             capacity: 0,
             dimensions: geometry.dimensions,
-            box_test: u32::from(self.settings.test == ClusterTest::PlanesAndBox || geometry.parallel),
+            _pad: 0,
         }
     }
 

@@ -21,8 +21,6 @@ pub struct Clustered {
     pub grouping: Grouping,
     /// How lights are assigned to clusters. The lists are the same.
     pub assignment: Assignment,
-    /// Test of a light against a cluster. The image is the same.
-    pub test: ClusterTest,
     /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene;
     /// so they do if the scene ends farther away. More: more clusters, of which none is visible; displaced clusters change.
     pub depth: u32,
@@ -34,7 +32,6 @@ impl Default for Clustered {
             shape: ClusterShape::Perspective { pixels: 32 },
             grouping: Grouping::Enclosed,
             assignment: Assignment::Hierarchy,
-            test: ClusterTest::PlanesAndBox,
             depth: 0,
         }
     }
@@ -57,16 +54,6 @@ named_enum! {
         BruteForce = "brute_force": "Tests every light against every cluster",
         /// Traverses a tree over the lights.
         Hierarchy = "hierarchy": "Traverses a tree over the lights: for thousands of lights",
-    }
-}
-
-named_enum! {
-    /// Test of a light against a cluster.
-    ClusterTest {
-        /// Rejects lights behind one of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
-        Planes = "planes": "Tests lights against the cluster's planes: conservative, longer lists",
-        /// Also rejects lights out of reach of its bounding box: shorter lists.
-        PlanesAndBox = "planes-and-box": "Also tests them against the box around the cluster: shorter lists",
     }
 }
 
@@ -97,14 +84,6 @@ impl Technique for Clustered {
             Range::Names,
             "Assignment of lights to clusters. The image does not depend on it",
             |clustered: &mut Self| &mut clustered.assignment,
-        )
-        .with_default(),
-        Parameter::new(
-            "cluster-test",
-            "NAME",
-            Range::Names,
-            "Test of a light against a cluster. The image does not depend on it",
-            |clustered: &mut Self| &mut clustered.test,
         )
         .with_default(),
         Parameter::new(

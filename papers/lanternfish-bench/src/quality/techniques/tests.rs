@@ -1,8 +1,7 @@
 use lanternfish::{
     settings::{Anisotropy, RayCulling, RayRangeCulling, Samples, Shadows},
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, IndirectClamp, IndirectResolution, SampledLights, TileSize,
-        Tiled,
+        Assignment, ClusterShape, Clustered, IndirectClamp, IndirectResolution, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::RasterGrid;
@@ -63,9 +62,6 @@ fn every_value_of_every_setting_has_a_row() {
     assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(&settings.culling).map(|c| shape(c.shape)));
     for assignment in Assignment::ALL {
         assert_every(&[Some(*assignment)], |settings| clustered(&settings.culling).map(|c| c.assignment));
-    }
-    for test in ClusterTest::ALL {
-        assert_every(&[Some(*test)], |settings| clustered(&settings.culling).map(|c| c.test));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Contiguous sorted lists in one array, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
+//! Contiguous sorted lists in one array, with surfaces merged: gather, scan, fill, sort, merge, compact.
 
 use lanternfish::{RenderError, common::workgroups};
 use lanternfish_gpu::{
@@ -8,7 +8,7 @@ use lanternfish_gpu::{
 use super::{
     super::{
         images::Chunk,
-        settings::{DeepDepth, DeepImageSettings, DeepSort},
+        settings::{DeepImageSettings, DeepSort},
         shaders::{BLOCK_SORT, DECLARED, DeepGrid, PAYLOAD},
     },
     SLOTS, Slots, Source, check_capacity, counted_slots, first_guess, most_fragments, with_capacity,
@@ -20,8 +20,6 @@ pub(crate) struct LinearArray {
     fill: ComputeKernel,
     sort: ComputeKernel,
     compact: ComputeKernel,
-    /// Packs depths of 16 bits.
-    pack: Option<ComputeKernel>,
     payload: bool,
     /// Fragments of the fullest chunk so far.
     capacity: u64,
@@ -38,16 +36,11 @@ impl LinearArray {
         let fill = DECLARED.link("deep_images/store/fill", features)?;
         let sort: Vec<_> = features.iter().copied().chain(sort_feature(settings.sort)).collect();
         let sort = DECLARED.link("deep_images/store/sort", &sort)?;
-        let pack = || {
-            let pack = DECLARED.link("deep_images/store/pack", &[])?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &pack, "pack", "deep_images/pack"))
-        };
         Ok(Self {
             scan: Scan::new(device, "deep_images")?,
             fill: ComputeKernel::new(device, &fill, "fill", "deep_images/fill"),
             sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
             compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
-            pack: (settings.depth == DeepDepth::Bits16).then(pack).transpose()?,
             payload: settings.payload,
             capacity: 0,
         })
@@ -131,18 +124,6 @@ impl LinearArray {
             compacting = compacting.buffer("compact_triangles", triangles);
         }
         frame.dispatch(&self.compact, &compacting, workgroups(lists));
-
-        // Pack.
-        let packed = match &self.pack {
-            Some(pack) => {
-                let packed = storage_buffer(device, "deep_images/packed_depths", 2 * fragments)?;
-                let packing = compacting.buffer("packed_depths", &packed);
-                frame.dispatch(pack, &packing, workgroups((packed.size() / 4) as u32));
-                Some(packed.clone())
-            }
-            None => None,
-        };
-        let depths = packed.unwrap_or(depths);
         Ok(Chunk {
             grid,
             grid_buffer,

@@ -79,12 +79,6 @@ pub(crate) enum Store {
 impl Store {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        if !settings.store.holds(settings.depth) {
-            return Err(RenderError::Together {
-                setting: "a depth of deep images in 16 bits",
-                needed: "the store linear_array",
-            });
-        }
         Ok(match settings.store {
             DeepStore::LinearArray => Self::LinearArray(Box::new(LinearArray::new(device, settings)?)),
             DeepStore::LinkedList | DeepStore::SortedLinkedList => Self::Linked(LinkedLists::new(device, settings)?),

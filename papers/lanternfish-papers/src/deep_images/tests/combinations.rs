@@ -1,4 +1,4 @@
-//! Every combination of directions, builder, store, depth, payload and tracer, against the CPU reference in `cpu_reference.rs`.
+//! Every combination of directions, builder, store, search, payload and tracer, against the CPU reference in `cpu_reference.rs`.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer,
 
 use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
 use crate::{
-    ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, WITHIN_TEXEL,
+    ACROSS_TEXELS, DeepBuilder, DeepImageSettings, DeepSearch, DeepStore, WITHIN_TEXEL,
     deep_images::{DeepImages, Fragment, cpu_reference, directions::DirectionSet},
     testing::{self, Random, probe},
 };
@@ -26,9 +26,8 @@ const RAYS: usize = 1500;
 /// Images of every kind, with and without a payload.
 fn stored(settings: DeepImageSettings) -> impl Iterator<Item = DeepImageSettings> {
     let kinds = [true, false].into_iter().flat_map(DeepImageSettings::every_kind);
-    kinds.map(move |DeepImageSettings { store, depth, search, payload, .. }| DeepImageSettings {
+    kinds.map(move |DeepImageSettings { store, search, payload, .. }| DeepImageSettings {
         store,
-        depth,
         search,
         payload,
         ..settings
@@ -45,35 +44,20 @@ fn sorted(mut lists: Vec<Vec<Fragment>>) -> Vec<Vec<Fragment>> {
 
 /// The expected lists of a store for the fragments of a builder.
 fn expected(drawn: &[Vec<Fragment>], images: &DeepImages) -> Vec<Vec<Fragment>> {
-    let DeepImageSettings { store, depth, payload, .. } = images.settings;
+    let DeepImageSettings { store, payload, .. } = images.settings;
     let grid = &images.chunks[0].grid;
     let merged = drawn.iter().map(|list| match store {
         DeepStore::LinearArray => cpu_reference::merge(list, grid.merge_distance),
         DeepStore::LinkedList | DeepStore::SortedLinkedList => list.clone(),
     });
-    let as_stored = |fragment: &Fragment| Fragment {
-        depth: match depth {
-            DeepDepth::Bits32 => fragment.depth,
-            DeepDepth::Bits16 => cpu_reference::depth_16(fragment.depth, grid.radius),
-        },
-        triangle: fragment.triangle.filter(|_| payload),
-    };
+    let as_stored = |fragment: &Fragment| Fragment { triangle: fragment.triangle.filter(|_| payload), ..*fragment };
     sorted(merged.map(|list| list.iter().map(as_stored).collect()).collect())
 }
 
-/// Number of lists that differ. Depths in 16 bits may differ by a step, and so in order: the device rounds differently.
-fn differing(actual: &[Vec<Fragment>], expected: &[Vec<Fragment>], images: &DeepImages) -> usize {
-    let step = match images.settings.depth {
-        DeepDepth::Bits32 => 0.0,
-        DeepDepth::Bits16 => 2.001 * images.chunks[0].grid.radius / 65534.0,
-    };
-    let near =
-        |a: &Fragment, b: &Fragment| (a.depth - b.depth).abs() <= step && (step > 0.0 || a.triangle == b.triangle);
-    let same = |(a, b): &(&Vec<Fragment>, &Vec<Fragment>)| {
-        a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| near(a, b))
-    };
+/// Number of lists that differ.
+fn differing(actual: &[Vec<Fragment>], expected: &[Vec<Fragment>]) -> usize {
     assert_eq!(actual.len(), expected.len());
-    actual.iter().zip(expected).filter(|pair| !same(pair)).count()
+    actual.iter().zip(expected).filter(|(actual, expected)| actual != expected).count()
 }
 
 /// Distance, depth and triangle of the hit of each ray, from the function that other passes call.
@@ -102,12 +86,7 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
             images.ray(origin, random.direction(), if i % 2 == 0 { 0.0 } else { 0.05 * grid.radius })
         })
         .collect();
-    // A fragment as the device stores it: its depth in steps, where the host's arithmetic may round differently.
-    let key = |depth: f32, triangle: Option<u32>| match images.settings.depth {
-        DeepDepth::Bits32 => (depth.to_bits(), triangle),
-        DeepDepth::Bits16 => ((depth / grid.radius * 32767.0).round() as i32 as u32, triangle),
-    };
-    let held: HashSet<_> = lists.iter().flatten().map(|fragment| key(fragment.depth, fragment.triangle)).collect();
+    let held: HashSet<_> = lists.iter().flatten().map(|held| (held.depth.to_bits(), held.triangle)).collect();
     for (entry, through) in [("within", WITHIN_TEXEL), ("across", ACROSS_TEXELS)] {
         let traced = distances(gpu, tracer, scene, (through, Some(images)), &rays);
         let answers = hits(gpu, images, entry, &rays);
@@ -132,7 +111,8 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
             if distance >= 0.0 {
                 hit_count += 1;
                 let triangle = images.settings.payload.then_some(triangle as u32);
-                assert!(held.contains(&key(depth, triangle)), "{what} {entry}: no fragment at {depth} of {triangle:?}");
+                let is_held = held.contains(&(depth.to_bits(), triangle));
+                assert!(is_held, "{what} {entry}: no fragment at {depth} of {triangle:?}");
             }
         }
         // Rays that start within rounding of a texel's border or of a surface.
@@ -149,11 +129,10 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
 
 /// Bytes are those that each store reports: linked lists may have a larger capacity than they use.
 fn check_bytes(images: &DeepImages) {
-    let DeepImageSettings { store, depth, payload, .. } = images.settings;
+    let DeepImageSettings { store, payload, .. } = images.settings;
     let chunk = &images.chunks[0];
-    let depth_bytes = if depth == DeepDepth::Bits16 { 2 } else { 4 };
     let link_bytes = if store == DeepStore::LinearArray { 0 } else { 4 };
-    let a_fragment = depth_bytes + link_bytes + if payload { 4 } else { 0 };
+    let a_fragment = 4 + link_bytes + if payload { 4 } else { 0 };
     let least = 4 * u64::from(chunk.list_count()) + a_fragment * chunk.fragments;
     // Two words at the lists' ends, and four buffers rounded up to 16.
     let most = if link_bytes > 0 { u64::MAX } else { least + 8 + 4 * 15 };
@@ -162,9 +141,8 @@ fn check_bytes(images: &DeepImages) {
 
 /// Every value of each setting of a store, once.
 fn is_one_of_four(images: &DeepImageSettings) -> bool {
-    let is_coarse = images.depth == DeepDepth::Bits16;
-    let is_plain = is_coarse || images.store == DeepStore::SortedLinkedList;
-    is_coarse == (images.search == DeepSearch::LinearSteps) && images.payload != is_plain
+    let is_plain = images.search == DeepSearch::LinearSteps || images.store == DeepStore::SortedLinkedList;
+    images.payload != is_plain
 }
 
 fn check_all(gpu: &Gpu, builder: DeepBuilder, sets: &[DirectionSet], is_kind: fn(&DeepImageSettings) -> bool) {
@@ -190,10 +168,10 @@ fn check_all(gpu: &Gpu, builder: DeepBuilder, sets: &[DirectionSet], is_kind: fn
             check_bytes(&images);
             let actual = sorted(lists(gpu, &images, &images.chunks[0]));
             let mut expected = expected(&drawn, &images);
-            assert_eq!(differing(&actual, &expected, &images), 0, "{settings:?}");
+            assert_eq!(differing(&actual, &expected), 0, "{settings:?}");
             // Negative control: lists that are a texel beside their own.
             expected.rotate_left(1);
-            assert!(10 * differing(&actual, &expected, &images) > actual.len(), "{settings:?}");
+            assert!(10 * differing(&actual, &expected) > actual.len(), "{settings:?}");
             check_rays(gpu, &tracer, &scene, &images, &actual);
         }
     }

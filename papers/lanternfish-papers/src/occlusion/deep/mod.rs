@@ -18,7 +18,7 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_s
 use self::cells::CellRadiances;
 use super::DISTANCE;
 use crate::deep_images::{
-    DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
+    DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
     directions::Directions, settings::DeepImageSettings,
 };
 
@@ -50,7 +50,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         "occlusion/deep/accumulate",
         &[
             &[&[PAYLOAD], &[PLAIN_OCCLUSION]],
-            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16], &[LINEAR_STEPS], &[DEPTH_16, LINEAR_STEPS]],
+            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[LINEAR_STEPS]],
             &[&[], &[ENVIRONMENT]],
         ],
     )],

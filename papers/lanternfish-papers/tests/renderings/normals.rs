@@ -4,19 +4,35 @@ use std::ops::Range;
 
 use glam::Vec3;
 use lanternfish::{
-    Settings,
+    RenderedImage, Renderer, Settings,
     settings::{DebugView, Shadows},
+    shaders,
 };
-use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::generate;
+use lanternfish_gpu::{Engine, Gpu, ShaderTexts};
+use lanternfish_papers::normals::{naive_normals, shown_normals_from_depth};
+use lanternfish_scene::{Camera, Scene, generate};
 
-use crate::support::render;
+/// Renders with texts that replace those of the library's shaders.
+pub fn render_edited(
+    gpu: &Gpu,
+    scene: &Scene,
+    camera: &Camera,
+    (width, height): (u32, u32),
+    settings: Settings,
+    texts: ShaderTexts,
+) -> RenderedImage {
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    shaders::edit(&engine, texts);
+    let mut renderer = Renderer::with_engine(&engine, settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    renderer.render(&uploaded, camera, [width, height]).unwrap()
+}
 
 /// Normals of a demo's first view from a debug view; none in the sky.
-fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView) -> Vec<Option<Vec3>> {
+fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView, texts: ShaderTexts) -> Vec<Option<Vec3>> {
     let scene = generate::demo(demo).unwrap();
     let settings = Settings::direct_light().with_debug_view(Some(view)).with_shadows(Shadows::None);
-    let rendering = render(gpu, &scene, &scene.cameras[0], size, settings);
+    let rendering = render_edited(gpu, &scene, &scene.cameras[0], size, settings, texts);
     let texels = rendering.display.iter().zip(&rendering.radiance);
     let normal = |[r, g, b, _]: &[u8; 4]| (2.0 / 255.0 * Vec3::new(*r as f32, *g as f32, *b as f32) - 1.0).normalize();
     texels.map(|(display, radiance)| (radiance[3] == 1.0).then(|| normal(display))).collect()
@@ -50,19 +66,23 @@ struct Case {
     improved: Range<f32>,
 }
 
-#[gpu_test]
+#[gpu_test(crate::gpu)]
 fn gpu_normals_from_depth_are_close_to_the_geometry(gpu: &Gpu) {
     for Case { demo, size, naive, improved } in CASES {
-        let geometric = normals(gpu, demo, size, DebugView::GeometricNormal);
-        let by = |view| error(&format!("{demo} {size:?} {view}"), &normals(gpu, demo, size, view), &geometric);
-        let (two, five) = (by(DebugView::NormalNaive), by(DebugView::NormalImproved));
+        let geometric = normals(gpu, demo, size, DebugView::GeometricNormal, ShaderTexts::new());
+        let by = |name, texts| {
+            let from_depth = normals(gpu, demo, size, DebugView::Normal, texts);
+            error(&format!("{demo} {size:?} {name}"), &from_depth, &geometric)
+        };
+        let both = naive_normals().into_iter().chain(shown_normals_from_depth()).collect();
+        let (two, five) = (by("naive", both), by("improved", shown_normals_from_depth()));
         assert!(naive.contains(&two.mean), "{demo}: {two:?}");
         assert!(improved.contains(&five.mean), "{demo}: {five:?}");
         assert!(five.wrong < two.wrong, "{demo}: {five:?} is not better than {two:?}");
     }
     // Check that the test can fail: the shading normal, changed by normal maps and interpolation, differs.
-    let [shading, geometric] =
-        [DebugView::Normal, DebugView::GeometricNormal].map(|view| normals(gpu, "atrium", (160, 90), view));
+    let [shading, geometric] = [DebugView::Normal, DebugView::GeometricNormal]
+        .map(|view| normals(gpu, "atrium", (160, 90), view, ShaderTexts::new()));
     let shading = error("atrium, shading normals", &shading, &geometric);
     assert!(shading.mean > 1.0, "{shading:?}");
 }
