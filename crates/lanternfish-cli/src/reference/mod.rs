@@ -14,7 +14,7 @@ mod sums;
 mod tests;
 mod trace;
 
-use std::{fmt::Write as _, slice, time::Instant};
+use std::{fmt::Write as _, time::Instant};
 
 use clap::ArgMatches;
 use lanternfish::settings::{Background, Exposure, ImageSettings};
@@ -42,7 +42,7 @@ use crate::{
     progress::Progress,
     report::grouped,
     shot, signals,
-    stage::Stage,
+    stage::{Posed, Stage},
 };
 
 /// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
@@ -92,10 +92,9 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let is_seen = settings.integrator == Integrator::Path;
     let lights =
         Lighting { is_seen, reaches_surfaces: true, catches_shadows: false, is_metered: false, ..Lighting::of(flags) };
-    let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
-    let Stage { mut scene, motion, cameras, rig, .. } = Stage::of(&shot, views, lights, &mut progress, check)?;
-    let mut camera = cameras[0].clone();
+    let Stage { mut scene, motion, first: Posed { frame, mut camera }, rig, .. } =
+        Stage::of(&shot, (frame, |_: &mut _| Ok(())), lights, &mut progress, check)?;
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
