@@ -10,7 +10,6 @@ mod case;
 mod clustered;
 mod deep_images;
 mod direct;
-mod document;
 mod forward_plus;
 mod ground_truths;
 mod history;
@@ -23,7 +22,6 @@ mod probes;
 mod quality;
 mod reference;
 mod stored;
-mod table;
 #[cfg(test)]
 mod testing;
 mod view;
@@ -36,9 +34,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use lanternfish_cli::{
     args::TrustArgs,
+    document,
     error::CliError,
     help::{self, HelpArgs},
-    program,
+    program, table,
 };
 
 use self::one_bounce::OneBounceArgs;

@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use lanternfish_cli::{
-    error::CliError,
-    output::{print, write_text},
-    plot::escaped,
-    scene::SceneName,
-};
 use lanternfish_gpu::Gpu;
 use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
-use crate::table::{self, Key, Row};
+use crate::{
+    error::CliError,
+    output::{print, write_text},
+    plot::escaped,
+    scene::SceneName,
+    table::{self, Key, Row},
+};
 
 /// A part of a page.
 #[derive(Debug)]
@@ -204,7 +204,7 @@ impl Document {
     }
 
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
+        table::to_json(self)
     }
 }
 
