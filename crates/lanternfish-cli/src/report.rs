@@ -127,10 +127,15 @@ fn table(cost: &Report, memory: &FrameMemory, seconds: &[(&'static str, f64)]) -
     let device = memory.device_bytes.map_or_else(|| "unknown".to_owned(), mib);
     let memory = [("frame", mib(memory.bytes)), ("device", device)];
     let memory = memory.map(|(name, mib)| Row::default().text("", "memory", name).shown("MiB", mib));
-    let step = |(name, seconds): &(&str, f64)| Row::default().text("", "step", name).fixed("", "s", 2, *seconds);
     let counters: Vec<_> = cost.counters.iter().map(counter).collect();
-    let tables = [passes, counters, memory.into(), seconds.iter().map(step).collect()].map(|rows| to_text(&rows));
+    let tables = [passes, counters, memory.into(), steps(seconds)].map(|rows| to_text(&rows));
     tables.into_iter().filter(|table| !table.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+/// Seconds of each step.
+pub(crate) fn steps(seconds: &[(&'static str, f64)]) -> Vec<Row> {
+    let step = |(name, seconds): &(&str, f64)| Row::default().text("", "step", name).fixed("", "s", 2, *seconds);
+    seconds.iter().map(step).collect()
 }
 
 /// Peak memory of this process, bytes: `VmHWM` on Linux; `None` elsewhere.

@@ -14,7 +14,7 @@ mod sums;
 mod tests;
 mod trace;
 
-use std::{fmt::Write as _, time::Instant};
+use std::time::Instant;
 
 use clap::ArgMatches;
 use lanternfish::settings::{Background, Exposure, ImageSettings};
@@ -40,9 +40,10 @@ use crate::{
     output,
     parse::{Frames, Size},
     progress::Progress,
-    report::grouped,
+    report::{grouped, steps},
     shot, signals,
     stage::{Posed, Stage},
+    table::{Row, to_text},
 };
 
 /// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
@@ -256,22 +257,16 @@ fn table(
     dropped: u64,
     seconds: &[(&'static str, f64)],
 ) -> String {
-    let rate = run.added as f64 / run.seconds.max(1e-9);
-    let mut text = String::new();
-    let mut line = |name: &str, value: &str| writeln!(text, "{name:<18}{value:>14}").expect("String");
-    line("counter", "value");
-    line("triangles", &grouped(tracer.triangle_count() as u64));
-    line("lights", &grouped(scene.lights.len() as u64));
-    line("threads", &rayon::current_num_threads().to_string());
-    line("samples per pixel", &grouped(film.samples()));
-    line("samples, this run", &grouped(run.added));
-    line("samples per second", &trace::metric(rate));
-    line("samples dropped", &grouped(dropped));
-    line("expected error", &format!("{:.3} %", 100.0 * film.noise().relative));
-    line("", "");
-    line("step", "s");
-    for (name, seconds) in seconds {
-        line(name, &format!("{seconds:.2}"));
-    }
-    text.lines().flat_map(|line| [line.trim_end(), "\n"]).collect::<String>() + "\n"
+    let counters = [
+        ("triangles", grouped(tracer.triangle_count() as u64)),
+        ("lights", grouped(scene.lights.len() as u64)),
+        ("threads", rayon::current_num_threads().to_string()),
+        ("samples per pixel", grouped(film.samples())),
+        ("samples, this run", grouped(run.added)),
+        ("samples per second", trace::metric(run.added as f64 / run.seconds.max(1e-9))),
+        ("samples dropped", grouped(dropped)),
+        ("expected error", format!("{:.3} %", 100.0 * film.noise().relative)),
+    ];
+    let counters = counters.map(|(name, value)| Row::default().text("", "counter", name).shown("value", value));
+    format!("{}\n{}\n", to_text(&counters), to_text(&steps(seconds)))
 }
