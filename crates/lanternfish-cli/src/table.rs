@@ -227,14 +227,15 @@ pub fn to_text(rows: &[Row]) -> String {
 /// Formats rows as an HTML table. A figure that ends in a star has the class `marked`, a row that begins with a star the class `noise`.
 pub fn to_html(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
-    let head: String = first.columns().map(|(heading, _)| format!("<th>{}", escaped(heading))).collect();
+    let class = |cell: &Cell| if cell.is_text { " class=\"text\"" } else { "" };
+    let head = |(heading, cell): (&str, &Cell)| format!("<th{}>{}", class(cell), escaped(heading));
+    let head: String = first.columns().map(head).collect();
     let mut text = format!("<table>\n<tr>{head}\n");
     for row in rows {
         let is_noise = row.columns().next().is_some_and(|(_, cell)| cell.shown.starts_with('*'));
         text += if is_noise { "<tr class=\"noise\">" } else { "<tr>" };
         for (_, cell) in row.columns() {
-            let class = if cell.is_text { " class=\"text\"" } else { "" };
-            let class = if cell.shown.ends_with(" *") { " class=\"marked\"" } else { class };
+            let class = if cell.shown.ends_with(" *") { " class=\"marked\"" } else { class(cell) };
             text += &format!("<td{class}>{}", escaped(cell.shown.trim_matches('*')));
         }
         text.push('\n');
