@@ -49,8 +49,8 @@ Examples:
   lanternfish-bench quality --only cornell
   lanternfish-bench papers --quick -o papers
 
-Each benchmark writes report.md and report.json into a folder, and prints report.md. Counts and errors are exact; compare times of the same
-machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
+Each benchmark writes report.md, report.html and report.json into a folder, and prints report.md. Counts and errors are exact; compare
+times of the same machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
 
 /// Repeats the measurements of the papers that Lanternfish implements, and measures the quality of every technique.
 #[derive(Debug, Parser)]
