@@ -101,7 +101,7 @@ mod tests {
     fn child() {
         let Some(folder) = env::var_os(FOLDER) else { return };
         listen().unwrap();
-        let write = |file: &mut io::BufWriter<fs::File>| {
+        let write = |file: &mut dyn io::Write| {
             file.write_all(b"half a pict")?;
             file.flush()?;
             println!("\nhalf written");

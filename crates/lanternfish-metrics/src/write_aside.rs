@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File, OpenOptions, Permissions},
-    io::{self, BufWriter, ErrorKind, Seek as _, Write as _},
+    io::{self, BufWriter, ErrorKind, Write},
     iter::successors,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, Once, PoisonError},
@@ -17,27 +17,27 @@ use tempfile::{Builder, NamedTempFile};
 /// `/dev/stdout` get the complete content at once, or nothing. An error if [`check_writable`] returns one.
 pub fn write_aside<E: From<io::Error>>(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), E> {
-    let fill = |file: File, permissions: Option<Permissions>| -> Result<File, E> {
-        let mut writer = BufWriter::new(file);
-        permissions.map_or(Ok(()), |permissions| writer.get_ref().set_permissions(permissions))?;
-        write(&mut writer)?;
-        Ok(writer.into_inner().map_err(io::IntoInnerError::into_error)?)
-    };
     let Some((target, permissions)) = replaced(path)? else {
-        let mut content = fill(tempfile::tempfile()?, None)?;
-        content.rewind()?;
-        io::copy(&mut content, &mut OpenOptions::new().append(true).open(path)?)?;
-        return Ok(());
+        let mut content = Vec::new();
+        write(&mut content)?;
+        return Ok(OpenOptions::new().append(true).open(path)?.write_all(&content)?);
     };
     let mut unfinished = unfinished();
     let (file, aside) = create_in(folder_of(&target))?.into_parts();
-    unfinished.push(aside.to_path_buf());
-    drop(unfinished);
     let name = aside.to_path_buf();
-    // Without synchronization, a crash of the machine after the rename could leave an empty file at the final path.
-    let filled = fill(file, permissions).and_then(|file| Ok(file.sync_all()?));
+    unfinished.push(name.clone());
+    drop(unfinished);
+    let fill = move || -> Result<(), E> {
+        permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))?;
+        let mut writer = BufWriter::new(&file);
+        write(&mut writer)?;
+        writer.flush()?;
+        // Without this, a crash of the machine after the rename could leave an empty file at the final path.
+        Ok(file.sync_all()?)
+    };
+    let filled = fill();
     let mut unfinished = self::unfinished();
     let renamed = filled.and_then(|()| Ok(aside.persist(&target).map_err(|failed| failed.error)?));
     unfinished.retain(|path| *path != name);
@@ -179,7 +179,7 @@ mod tests {
     fn a_file_is_replaced_or_unchanged_and_keeps_its_permissions() {
         let (folder, path) = place();
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
-        let half = |file: &mut BufWriter<File>| {
+        let half = |file: &mut dyn Write| {
             file.write_all(b"half an im")?;
             Err(io::Error::other("the disk is full"))
         };
@@ -195,7 +195,7 @@ mod tests {
             fs::remove_file(usual).unwrap();
             fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
         }
-        let late = |_: &mut BufWriter<File>| {
+        let late = |_: &mut dyn Write| {
             fs::remove_file(&path)?;
             fs::create_dir_all(path.join("a folder with something in it"))
         };
@@ -266,12 +266,7 @@ mod tests {
             let path = path.clone();
             move || fs::read_to_string(path).unwrap()
         });
-        let backwards = |file: &mut BufWriter<File>| {
-            file.write_all(b"--age")?;
-            file.rewind()?;
-            file.write_all(b"im")
-        };
-        write_aside(&path, backwards).unwrap();
+        write_aside(&path, |file| file.write_all(b"im").and_then(|()| file.write_all(b"age"))).unwrap();
         assert_eq!(reader.join().unwrap(), "image");
         assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo() && is_stream(&path));
         assert_eq!(files_in(folder.path()), ["rendering"]);
