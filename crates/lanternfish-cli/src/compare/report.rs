@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::{
     CompareArgs,
-    input::{Inputs, Kind},
+    input::{Inputs, Kind, Variance},
     measure::Measures,
 };
 use crate::table::{DASH, Row, decimal, grouped, to_json, to_text};
@@ -62,7 +62,7 @@ pub fn to_tables(args: &CompareArgs, inputs: &Inputs, measures: &Measures) -> St
         texts.push(("exposures of HDR-FLIP".to_owned(), said));
     }
     if measures.z_test.is_some() {
-        let source = |of: &Option<super::input::Variance>| {
+        let source = |of: &Option<Variance>| {
             of.as_ref().map_or_else(|| "none: taken to be exact".to_owned(), |of| of.source.clone())
         };
         let sources = names.into_iter().zip(inputs.variances.iter().map(source));

@@ -34,7 +34,7 @@ use self::{
 };
 use crate::{
     args::{EnvironmentSun, RenderArgs},
-    camera,
+    camera::{self, Cameras},
     error::{CliError, check_image_memory, say},
     light_rig::Lighting,
     output,
@@ -95,7 +95,7 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
         Lighting { is_seen, reaches_surfaces: true, catches_shadows: false, is_metered: false, ..Lighting::of(flags) };
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
     let Stage { mut scene, motion, first: Posed { frame, mut camera }, rig, .. } =
-        Stage::of(&shot, (frame, |_: &mut _| Ok(())), lights, &mut progress, check)?;
+        Stage::of(&shot, (frame, |_: &mut Cameras<'_>| Ok(())), lights, &mut progress, check)?;
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
