@@ -83,7 +83,7 @@ pub fn listen() -> io::Result<()> {
 mod tests {
     use std::{
         env, fs,
-        io::{BufRead as _, BufReader, Read as _, Write as _},
+        io::{BufRead as _, BufReader, Read as _},
         os::unix::process::{CommandExt as _, ExitStatusExt as _},
         path::Path,
         process::{Command, Stdio},
