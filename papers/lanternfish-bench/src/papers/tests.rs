@@ -2,6 +2,8 @@
 
 mod written;
 
+use std::path::Path;
+
 use clap::Parser;
 use serde_json::{Value, json};
 
