@@ -13,37 +13,55 @@ const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 /// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
 /// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
-    choose_each(scene, &Bounds::EMPTY, std::slice::from_ref(flags), aspect)
-        .map(|(mut cameras, _)| cameras.swap_remove(0))
+    Cameras::of(scene, &Bounds::EMPTY, aspect).choose(flags)
 }
 
-/// As [`choose`], for every view of a sequence. `reach` is the box through which the scene moves, empty if nothing moves: a camera that frames the
-/// scene shows all of it. The flag is true if a camera was placed inside a closed interior by default.
+/// As [`Cameras::choose`], for every view. The flag is true if a camera was placed inside a closed interior by default.
 pub fn choose_each(
     scene: &Scene,
     reach: &Bounds,
     views: &[ViewArgs],
     aspect: f32,
 ) -> Result<(Vec<Camera>, bool), CliError> {
-    // Computing the bounds visits every vertex, so do it once.
-    let bounds = LazyCell::new(|| scene.bounds());
-    let mut cameras = Vec::with_capacity(views.len());
-    let mut is_any_inside = false;
-    // So does framing: the frames of an orbit share it.
-    let mut last: Option<(ViewArgs, (Camera, bool))> = None;
-    for flags in views {
+    let mut cameras = Cameras::of(scene, reach, aspect);
+    let chosen = views.iter().map(|view| cameras.choose(view)).collect::<Result<_, _>>()?;
+    Ok((chosen, cameras.is_any_inside))
+}
+
+/// Chooses cameras for the frames of a sequence.
+pub(crate) struct Cameras<'s> {
+    scene: &'s Scene,
+    /// Computing them visits every vertex, so do it once.
+    bounds: LazyCell<Bounds, Box<dyn FnOnce() -> Bounds + 's>>,
+    reach: &'s Bounds,
+    aspect: f32,
+    /// Framing visits every vertex too: the frames of an orbit share it.
+    last: Option<(ViewArgs, (Camera, bool))>,
+    /// True if a camera was placed inside a closed interior by default.
+    pub is_any_inside: bool,
+}
+
+impl<'s> Cameras<'s> {
+    /// `reach` is the box through which the scene moves, empty if nothing moves: a camera that frames the scene shows all
+    /// of it.
+    pub fn of(scene: &'s Scene, reach: &'s Bounds, aspect: f32) -> Self {
+        let bounds: Box<dyn FnOnce() -> Bounds + 's> = Box::new(|| scene.bounds());
+        Self { scene, bounds: LazyCell::new(bounds), reach, aspect, last: None, is_any_inside: false }
+    }
+
+    /// As [`choose`].
+    pub fn choose(&mut self, flags: &ViewArgs) -> Result<Camera, CliError> {
         let still = ViewArgs { orbit_angle: 0.0, ..flags.clone() };
-        let (_, (camera, is_inside)) = match last.take() {
-            Some(chosen) if chosen.0 == still => last.insert(chosen),
+        let (_, (camera, is_inside)) = match self.last.take() {
+            Some(chosen) if chosen.0 == still => self.last.insert(chosen),
             _ => {
-                let chosen = choose_within(scene, &bounds, reach, &still, aspect)?;
-                last.insert((still, chosen))
+                let chosen = choose_within(self.scene, &self.bounds, self.reach, &still, self.aspect)?;
+                self.last.insert((still, chosen))
             }
         };
-        cameras.push(revolved(camera, &bounds, *is_inside, flags));
-        is_any_inside |= *is_inside;
+        self.is_any_inside |= *is_inside;
+        Ok(revolved(camera, &self.bounds, *is_inside, flags))
     }
-    Ok((cameras, is_any_inside))
 }
 
 /// True if the box that moving parts reach is visibly larger than their box at 0 s.
@@ -104,7 +122,7 @@ pub(crate) fn follow(
     Ok(revolved(&camera, &bounds, is_inside, flags))
 }
 
-/// The camera of `flags` without their orbit, see [`choose_each`], and whether it was placed inside a closed interior by default.
+/// The camera of `flags` without their orbit, and whether it was placed inside a closed interior by default.
 fn choose_within<F: FnOnce() -> Bounds>(
     scene: &Scene,
     bounds: &LazyCell<Bounds, F>,

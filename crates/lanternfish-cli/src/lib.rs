@@ -12,6 +12,8 @@ pub mod camera;
 #[doc(hidden)]
 pub mod choices;
 #[doc(hidden)]
+pub mod document;
+#[doc(hidden)]
 pub mod error;
 #[doc(hidden)]
 pub mod flags;
@@ -43,6 +45,8 @@ pub mod report;
 pub mod scene;
 #[doc(hidden)]
 pub mod shot;
+#[doc(hidden)]
+pub mod table;
 #[doc(hidden)]
 pub mod timed;
 #[doc(hidden)]

@@ -381,17 +381,6 @@ mod tests {
         assert!(!refused("cup.png", "inner/cup.obj"));
     }
 
-    #[cfg(unix)]
-    #[test]
-    fn links_are_resolved() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        std::os::unix::fs::symlink("a", path("link")).unwrap();
-        assert!(same_file(&path("link"), &path("a")), "which is not there");
-        fs::write(path("a"), "").unwrap();
-        assert!(same_file(&path("link"), &path("a")));
-    }
-
     #[test]
     fn missing_and_invalid_folders_are_refused() {
         let folder = tempfile::tempdir().unwrap();

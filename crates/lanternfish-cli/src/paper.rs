@@ -1,12 +1,15 @@
 //! `--as PAPER`: the flags that it stands for, and a table of them.
 
-use std::{ffi::OsString, fmt::Write as _};
+use std::ffi::OsString;
 
 use lanternfish::settings::Settings;
 use lanternfish_papers::Paper;
 use lanternfish_scene::Named as _;
 
-use crate::shot::Shot;
+use crate::{
+    shot::Shot,
+    table::{Row, to_text},
+};
 
 /// The id of the flag.
 pub(crate) const ID: &str = "paper";
@@ -30,20 +33,12 @@ pub(crate) fn for_moving(shot: &Shot, settings: &mut Settings) {
 
 /// Every setting of a paper, its value in these settings, and the section that says so.
 pub(crate) fn table(paper: Paper, settings: &Settings) -> String {
-    let rows = paper.rows();
-    let value = |name: &str| settings.get(name).unwrap_or_else(|| "-".to_owned());
-    let [names, values] = [
-        rows.iter().map(|row| row.name.len()).max().unwrap_or(0),
-        rows.iter().map(|row| value(row.name).len()).max().unwrap_or(0),
-    ];
-    let mut text = format!("as {paper}\n");
-    for row in rows {
-        let now = value(row.name);
+    let rows = paper.rows().into_iter().map(|row| {
+        let now = settings.get(row.name).unwrap_or_else(|| "-".to_owned());
         let changed = if now == row.value { String::new() } else { format!("changed: {} is ", row.value) };
-        // Writing to a String cannot fail.
-        writeln!(text, "{:<names$}  {now:<values$}  {changed}{}", row.name, row.source).expect("String");
-    }
-    text
+        Row::default().text("", "", row.name).text("", "", now).text("", "", changed + row.source)
+    });
+    format!("as {paper}\n{}", to_text(&rows.collect::<Vec<_>>()))
 }
 
 #[cfg(test)]

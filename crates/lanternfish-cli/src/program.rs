@@ -47,7 +47,7 @@ pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> u8) -> u8 {
     error::install_panic_message();
     lanternfish_papers::register();
     quieten_mesa();
-    if let Err(error) = signals::install() {
+    if let Err(error) = signals::listen() {
         error::say(&CliError::new(format_args!("cannot listen to signals: {error}"), ""));
         return 1;
     }

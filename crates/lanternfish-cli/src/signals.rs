@@ -23,11 +23,6 @@ static ENDS_WHEN_REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Time and number of the first signal.
 static REQUESTED: OnceLock<(Instant, i32)> = OnceLock::new();
 
-/// Starts to listen, in a separate thread.
-pub fn install() -> io::Result<()> {
-    system::listen(hear)
-}
-
 /// From now on the first signal only sets [`requested`]; a second one ends the process.
 pub fn end_when_requested() {
     ENDS_WHEN_REQUESTED.store(true, Ordering::Relaxed);
@@ -44,75 +39,51 @@ fn hear(signal: i32) {
         return;
     }
     remove_unfinished();
-    system::end_by(signal);
+    // By the signal itself, so that the parent, such as a shell's loop, learns the cause.
+    #[cfg(unix)]
+    let _ = signal_hook::low_level::emulate_default_handler(signal);
+    std::process::exit(128 + signal);
 }
 
+/// Starts to listen, in a separate thread.
 #[cfg(unix)]
-mod system {
-    use std::{io, mem::MaybeUninit, ptr, thread};
-
+pub fn listen() -> io::Result<()> {
     use signal_hook::{
         consts::{SIGHUP, SIGINT, SIGTERM},
         iterator::Signals,
-        low_level::emulate_default_handler,
     };
-
-    pub fn listen(hear: fn(i32)) -> io::Result<()> {
-        // Signals that the caller ignores stay ignored: `nohup`, and Ctrl-C for background jobs of a script.
-        let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
-        let mut signals = Signals::new(heard)?;
-        thread::Builder::new().name("signals".to_owned()).spawn(move || signals.forever().for_each(hear))?;
-        Ok(())
-    }
-
-    fn is_ignored(signal: i32) -> bool {
-        let mut action = MaybeUninit::<libc::sigaction>::zeroed();
+    let is_ignored = |signal: &i32| {
+        let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
         // SAFETY: without a new action, the call only fills the one it is given, for which zeros are a valid value.
         unsafe {
-            libc::sigaction(signal, ptr::null(), action.as_mut_ptr()) == 0
+            libc::sigaction(*signal, std::ptr::null(), action.as_mut_ptr()) == 0
                 && action.assume_init().sa_sigaction == libc::SIG_IGN
         }
-    }
-
-    /// Ends the process by the signal itself, so that its parent, such as a shell's loop, learns the cause.
-    pub fn end_by(signal: i32) {
-        if emulate_default_handler(signal).is_err() {
-            std::process::exit(128 + signal);
-        }
-    }
+    };
+    // Signals that the caller ignores stay ignored: `nohup`, and Ctrl-C for background jobs of a script.
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(signal)))?;
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || signals.forever().for_each(hear))?;
+    Ok(())
 }
 
 #[cfg(windows)]
-mod system {
-    use std::io;
-
-    /// Number of Ctrl-C on other systems.
-    const SIGINT: i32 = 2;
-
-    pub fn listen(hear: fn(i32)) -> io::Result<()> {
-        ctrlc::set_handler(move || hear(SIGINT)).map_err(io::Error::other)
-    }
-
-    pub fn end_by(signal: i32) {
-        std::process::exit(128 + signal);
-    }
+pub fn listen() -> io::Result<()> {
+    // Number of Ctrl-C on other systems.
+    ctrlc::set_handler(|| hear(2)).map_err(io::Error::other)
 }
 
 /// A browser has no signals.
 #[cfg(not(any(unix, windows)))]
-mod system {
-    pub fn listen(_: fn(i32)) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    pub fn end_by(_: i32) {}
+pub fn listen() -> io::Result<()> {
+    let _ = hear;
+    Ok(())
 }
 
 #[cfg(all(test, unix))]
 mod tests {
     use std::{
         env, fs,
-        io::{BufRead as _, BufReader, Read as _, Write as _},
+        io::{BufRead as _, BufReader, Read as _},
         os::unix::process::{CommandExt as _, ExitStatusExt as _},
         path::Path,
         process::{Command, Stdio},
@@ -129,8 +100,8 @@ mod tests {
     #[ignore = "only as a child of the test below"]
     fn child() {
         let Some(folder) = env::var_os(FOLDER) else { return };
-        install().unwrap();
-        let write = |file: &mut io::BufWriter<fs::File>| {
+        listen().unwrap();
+        let write = |file: &mut dyn io::Write| {
             file.write_all(b"half a pict")?;
             file.flush()?;
             println!("\nhalf written");
@@ -147,11 +118,7 @@ mod tests {
             fs::write(folder.path().join("rendering"), "whole").unwrap();
             let names = || fs::read_dir(folder.path()).unwrap().count();
             let mut command = Command::new(env::current_exe().unwrap());
-            command
-                .args(["--exact", "signals::tests::child", "--ignored", "--nocapture"])
-                .env(FOLDER, folder.path())
-                .stdin(Stdio::piped())
-                .stdout(Stdio::piped());
+            command.args(["--exact", "signals::tests::child", "--ignored", "--nocapture"]).env(FOLDER, folder.path());
             // A caller that starts the tests in the background may ignore the signal, which processes inherit.
             let heed_signal = move || {
                 // SAFETY: async-signal-safe, with the system's default handler.
@@ -160,13 +127,12 @@ mod tests {
             };
             // SAFETY: the closure allocates nothing and takes no lock.
             unsafe { command.pre_exec(heed_signal) };
-            let mut child = command.spawn().unwrap();
+            let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
             let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
             assert!(lines.any(|line| line.unwrap() == "half written"), "the child ended early");
             assert_eq!(names(), 2, "the file and the temporary file beside it");
-            // Use the shell's built-in kill: a minimal machine has no such program.
-            let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
-            assert!(kill.unwrap().success());
+            // SAFETY: a signal to a process that has not been waited for.
+            assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
             // Do not call wait() first, which closes standard input.
             let rest = lines.count();
             assert_eq!(child.wait().unwrap().signal(), Some(signal), "{rest} more lines");

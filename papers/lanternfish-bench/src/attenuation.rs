@@ -62,18 +62,10 @@ fn plot() -> String {
         }
     };
     let ticks = |values: &[f64]| values.iter().map(|v| (*v, v.to_string())).collect();
-    let x = Axis {
-        label: "distance d, m",
-        ends: [0.0, FARTHEST.into()],
-        logarithmic: false,
-        ticks: ticks(&[0.0, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0]),
-    };
-    let y = Axis {
-        label: "illuminance, lx",
-        ends: [0.0, 3.75],
-        logarithmic: false,
-        ticks: ticks(&[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]),
-    };
+    let x = ticks(&[0.0, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0]);
+    let x = Axis::of("distance d, m", [0.0, FARTHEST.into()], x);
+    let y = ticks(&[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]);
+    let y = Axis::of("illuminance, lx", [0.0, 3.75], y);
     let functions = || Attenuation::ALL.iter().enumerate();
     let basic = || functions().filter(|(_, function)| BASIC.contains(function));
     let others = OTHERS.iter().flat_map(|intensity| basic().map(|of| curve(*intensity, of)));

@@ -11,7 +11,6 @@ mod case;
 mod clustered;
 mod deep_images;
 mod direct;
-mod document;
 mod forward_plus;
 mod ground_truths;
 mod indirect;
@@ -22,7 +21,6 @@ mod probes;
 mod quality;
 mod reference;
 mod stored;
-mod table;
 #[cfg(test)]
 mod testing;
 mod view;
@@ -35,9 +33,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use lanternfish_cli::{
     args::TrustArgs,
+    document,
     error::CliError,
     help::{self, HelpArgs},
-    program,
+    program, table,
 };
 
 use self::one_bounce::OneBounceArgs;
@@ -49,8 +48,8 @@ Examples:
   lanternfish-bench quality --only cornell
   lanternfish-bench papers --quick -o papers
 
-Each benchmark writes report.md and report.json into a folder, and prints report.md. Counts and errors are exact; compare times of the same
-machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
+Each benchmark writes report.md, report.html and report.json into a folder, and prints report.md. Counts and errors are exact; compare
+times of the same machine only. `lanternfish-bench help BENCH` describes a benchmark; with --all it lists every flag.";
 
 /// Repeats the measurements of the papers that Lanternfish implements, and measures the quality of every technique.
 #[derive(Debug, Parser)]

@@ -10,7 +10,6 @@ use clap::Args;
 use lanternfish::settings::{History, Preset, Settings, Shadows};
 use lanternfish_cli::{
     error::CliError,
-    output::write_text,
     parse::{self, Frames, Size},
     pass_costs::{columns, dispatches},
     replay::{
@@ -150,9 +149,7 @@ struct Results<'r> {
 impl Results<'_> {
     /// Writes what there is.
     fn write(&self) -> Result<(), CliError> {
-        let document = self.document();
-        document.write_json(&self.bench.folder)?;
-        write_text(&self.bench.folder.join("report.md"), &document.to_markdown())
+        self.document().store(&self.bench.folder, "report")
     }
 
     fn document(&self) -> Document {

@@ -1,10 +1,9 @@
 //! `lanternfish compare`: compares two images by error measures, an error map and an exit code.
 
 mod input;
-mod json;
 mod measure;
 mod renderings;
-mod table;
+mod report;
 #[cfg(test)]
 mod tests;
 
@@ -131,10 +130,10 @@ pub fn run(args: &CompareArgs) -> Result<u8, CliError> {
         renderings::write_side_by_side(path, &measures.shown, &measures.map)?;
     }
     match args.json.as_deref() {
-        Some(path) if path == Path::new("-") => print(&json::to_json(args, &inputs, &measures)),
-        Some(path) => write_text(path, &json::to_json(args, &inputs, &measures))
-            .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
-        None => print(&table::to_table(args, &inputs, &measures)),
+        Some(path) if path == Path::new("-") => print(&report::json_of(args, &inputs, &measures)),
+        Some(path) => write_text(path, &report::json_of(args, &inputs, &measures))
+            .and_then(|()| print(&report::to_tables(args, &inputs, &measures))),
+        None => print(&report::to_tables(args, &inputs, &measures)),
     }?;
     let exceeded = exceeded(args, &inputs, &measures);
     exceeded.iter().for_each(|limits| error::say(limits));

@@ -1,6 +1,6 @@
 //! NPZ files: arrays that `numpy.load` reads, stored in a ZIP archive without compression.
 
-use std::{io::Write, path::Path};
+use std::path::Path;
 
 use lanternfish_metrics::write_aside;
 

@@ -21,9 +21,7 @@ pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Ar
     let count = areas.iter().map(|area| area.heights.len()).max().unwrap_or(0);
     let sum = |i: usize| areas.iter().map(|area| area.heights.get(i).unwrap_or(&0.0)).sum::<f64>();
     let high = (0..count).map(sum).fold(high, f64::max);
-    let mut x = Axis::linear(x_label, count.saturating_sub(1).max(1) as f64);
-    x.ends[1] = count.saturating_sub(1).max(1) as f64;
-    x.ticks.retain(|(value, _)| *value <= x.ends[1]);
+    let x = Axis::to(x_label, count.saturating_sub(1).max(1) as f64);
     let y = Axis::linear(y_label, high);
     let [px, py] = to_pixels(&x, &y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);

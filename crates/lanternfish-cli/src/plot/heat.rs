@@ -14,11 +14,9 @@ const COLORS: [[f64; 3]; 5] =
 pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[&[u64]]) -> String {
     let bins = frames.iter().map(|bins| bins.len()).max().unwrap_or(0).max(1);
     let most = frames.iter().flat_map(|bins| bins.iter()).map(|count| *count as f64).fold(high.max(1.0), f64::max);
-    let mut x = Axis::linear(x_label, frames.len().max(1) as f64);
-    x.ends[1] = frames.len().max(1) as f64;
-    x.ticks.retain(|(value, _)| *value <= x.ends[1]);
+    let x = Axis::to(x_label, frames.len().max(1) as f64);
     let ticks = (0..bins).map(|bin| (bin as f64 + 0.5, name(bin))).collect();
-    let y = Axis { label: y_label, ends: [0.0, bins as f64], logarithmic: false, ticks };
+    let y = Axis::of(y_label, [0.0, bins as f64], ticks);
     let [px, py] = to_pixels(&x, &y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
     svg.axes(&x, &y);

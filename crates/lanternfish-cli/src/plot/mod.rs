@@ -23,6 +23,19 @@ pub struct Axis<'a> {
 }
 
 impl<'a> Axis<'a> {
+    /// A linear axis with these ticks.
+    pub fn of(label: &'a str, ends: [f64; 2], ticks: Vec<(f64, String)>) -> Self {
+        Self { label, ends, logarithmic: false, ticks }
+    }
+
+    /// An axis from 0 to exactly `last`.
+    pub fn to(label: &'a str, last: f64) -> Self {
+        let mut axis = Self::linear(label, last);
+        axis.ends[1] = last;
+        axis.ticks.retain(|(value, _)| *value <= last);
+        axis
+    }
+
     /// An axis from 0 to at least `high`, with about five ticks at round numbers.
     pub fn linear(label: &'a str, high: f64) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
@@ -31,8 +44,9 @@ impl<'a> Axis<'a> {
         let step = step.unwrap_or(high);
         let count = (high / step).ceil() as u32;
         let ticks = (0..=count).map(|i| (f64::from(i) * step, short(f64::from(i) * step))).collect();
-        Self { label, ends: [0.0, f64::from(count) * step], logarithmic: false, ticks }
+        Self::of(label, [0.0, f64::from(count) * step], ticks)
     }
+
     /// Position along the axis, 0 to 1; clamped to the ends.
     fn fraction(&self, value: f64) -> f64 {
         let scale = |v: f64| if self.logarithmic { v.max(f64::MIN_POSITIVE).ln() } else { v };

@@ -14,7 +14,7 @@ mod sums;
 mod tests;
 mod trace;
 
-use std::{fmt::Write as _, slice, time::Instant};
+use std::time::Instant;
 
 use clap::ArgMatches;
 use lanternfish::settings::{Background, Exposure, ImageSettings};
@@ -34,15 +34,16 @@ use self::{
 };
 use crate::{
     args::{EnvironmentSun, RenderArgs},
-    camera,
+    camera::{self, Cameras},
     error::{CliError, check_image_memory, say},
     light_rig::Lighting,
     output,
     parse::{Frames, Size},
     progress::Progress,
-    report::grouped,
+    report::{grouped, steps},
     shot, signals,
-    stage::Stage,
+    stage::{Posed, Stage},
+    table::{Row, to_text},
 };
 
 /// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
@@ -92,10 +93,9 @@ pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<
     let is_seen = settings.integrator == Integrator::Path;
     let lights =
         Lighting { is_seen, reaches_surfaces: true, catches_shadows: false, is_metered: false, ..Lighting::of(flags) };
-    let views = slice::from_ref(&frame.view);
     let check = |scene: &Scene, _: &mut Progress| Ok(Tracer::check_memory(scene)?);
-    let Stage { mut scene, motion, cameras, rig, .. } = Stage::of(&shot, views, lights, &mut progress, check)?;
-    let mut camera = cameras[0].clone();
+    let Stage { mut scene, motion, first: Posed { frame, mut camera }, rig, .. } =
+        Stage::of(&shot, (frame, |_: &mut Cameras<'_>| Ok(())), lights, &mut progress, check)?;
     // As in `render`: choose cameras and light at 0 s, then move the scene to the frame's time.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
@@ -257,22 +257,16 @@ fn table(
     dropped: u64,
     seconds: &[(&'static str, f64)],
 ) -> String {
-    let rate = run.added as f64 / run.seconds.max(1e-9);
-    let mut text = String::new();
-    let mut line = |name: &str, value: &str| writeln!(text, "{name:<18}{value:>14}").expect("String");
-    line("counter", "value");
-    line("triangles", &grouped(tracer.triangle_count() as u64));
-    line("lights", &grouped(scene.lights.len() as u64));
-    line("threads", &rayon::current_num_threads().to_string());
-    line("samples per pixel", &grouped(film.samples()));
-    line("samples, this run", &grouped(run.added));
-    line("samples per second", &trace::metric(rate));
-    line("samples dropped", &grouped(dropped));
-    line("expected error", &format!("{:.3} %", 100.0 * film.noise().relative));
-    line("", "");
-    line("step", "s");
-    for (name, seconds) in seconds {
-        line(name, &format!("{seconds:.2}"));
-    }
-    text.lines().flat_map(|line| [line.trim_end(), "\n"]).collect::<String>() + "\n"
+    let counters = [
+        ("triangles", grouped(tracer.triangle_count() as u64)),
+        ("lights", grouped(scene.lights.len() as u64)),
+        ("threads", rayon::current_num_threads().to_string()),
+        ("samples per pixel", grouped(film.samples())),
+        ("samples, this run", grouped(run.added)),
+        ("samples per second", trace::metric(run.added as f64 / run.seconds.max(1e-9))),
+        ("samples dropped", grouped(dropped)),
+        ("expected error", format!("{:.3} %", 100.0 * film.noise().relative)),
+    ];
+    let counters = counters.map(|(name, value)| Row::default().text("", "counter", name).shown("value", value));
+    format!("{}\n{}\n", to_text(&counters), to_text(&steps(seconds)))
 }

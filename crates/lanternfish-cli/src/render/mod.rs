@@ -31,6 +31,7 @@ pub use self::lights::{apply_lights, lit_scene, scene_with_lights};
 use self::{existing::Expected, renderings::RenderedImages};
 use crate::{
     args::RenderArgs,
+    camera::Cameras,
     error::{CliError, check_image_memory},
     light_rig::{FillLight, Lighting},
     output::{self, Output},
@@ -39,27 +40,36 @@ use crate::{
     progress::Progress,
     report::Run,
     shot::{Shot, ShotFrame},
-    stage::Stage,
+    stage::{Posed, Stage},
     stereo::StereoLayout,
 };
 
 /// An image to render, or an existing one.
 #[derive(Debug)]
-struct Planned {
-    frame: ShotFrame,
+struct Planned<F> {
+    frame: F,
     /// The frame to render first, for images that show changes since then.
-    before: Option<ShotFrame>,
+    before: Option<F>,
     /// The frame that motion of its surfaces leads to.
-    next: Option<ShotFrame>,
+    next: Option<F>,
     output: Output,
     is_there: bool,
+}
+
+impl Planned<ShotFrame> {
+    fn posed(self, cameras: &mut Cameras<'_>) -> Result<Planned<Posed>, CliError> {
+        let Self { frame, before, next, output, is_there } = self;
+        let mut posed = |frame| Posed::of(frame, cameras);
+        let (frame, before) = (posed(frame)?, before.map(&mut posed).transpose()?);
+        Ok(Planned { frame, before, next: next.map(posed).transpose()?, output, is_there })
+    }
 }
 
 /// Renders one scene on `device`, which is opened if there is none.
 fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(), CliError> {
     let args = &shot.args;
     let planned = plan(shot)?;
-    let output = &planned[0].output;
+    let output = &planned[0].output.clone();
     let classes = args.output.classes.as_deref().map(Classes::read).transpose()?.unwrap_or_default();
     let (settings, size) = (args.settings(), args.output.size);
     let told = Told { is_sequence: args.track.is_sequence(), args, all: planned.len() };
@@ -95,17 +105,12 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     if settings.image.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
         progress.note("motion is relative to an earlier frame; --time SECONDS or --frames A-B sets the time");
     }
-    let first = shot.first();
-    let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
-    let nexts = planned.iter().filter_map(|planned| planned.next.as_ref());
-    let frames =
-        std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores).chain(nexts);
-    let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
     let is_metered = renderings::are_metered(&settings, output);
     let lights = Lighting { is_metered, ..Lighting::of(args) };
     let mut opened = None;
-    let Stage { scene, motion, cameras, rig, lighting } =
-        Stage::of(shot, &views, lights, &mut progress, |scene, progress| {
+    let pose = |cameras: &mut Cameras<'_>| planned.into_iter().map(|planned| planned.posed(cameras)).collect();
+    let Stage { scene, motion, first, posed: planned, rig, lighting } =
+        Stage::<Vec<_>>::of(shot, (shot.first(), pose), lights, &mut progress, |scene, progress| {
             let counts_lights = matches!(settings.image.debug_view, Some(DebugView::LightCount | DebugView::RayCount));
             if scene.lights.is_empty() && counts_lights {
                 progress
@@ -132,28 +137,22 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     let names = (!args.quantities().is_empty()).then(|| Names::of(&scene, &classes));
     let mut renderings = RenderedImages::new(args, renderer, uploaded, scene, motion, rig, may_lack_light);
     renderings.names = names;
-    let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
-    let befores = planned.iter().filter(|planned| planned.before.is_some()).count();
-    let (cameras_before, cameras_next) = cameras_before.split_at(befores);
-    let (mut cameras_before, mut cameras_next) = (cameras_before.iter(), cameras_next.iter());
     if is_metered {
         // Do not render a frame twice.
-        let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
-        let is_next = next.is_some_and(|next| next.time == first.time && next.view == first.view);
-        renderings.meter(&first, camera_of_first, is_next, &mut progress)?;
+        let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame.frame);
+        let is_next = next.is_some_and(|next| next.time == first.frame.time && next.view == first.frame.view);
+        renderings.meter(&first, is_next, &mut progress)?;
     }
     renderings.animation = output.is_animation().then(|| Animation::new(args.track.fps));
     let mut last = String::new();
-    for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
-        let before = planned.before.as_ref().and_then(|before| Some((before, cameras_before.next()?)));
-        let next = planned.next.as_ref().and_then(|next| Some((next, cameras_next.next()?)));
-        if !planned.is_there {
-            if let Some((before, camera)) = before {
-                renderings.show(before, camera, &mut progress)?;
+    for (index, Planned { frame, before, next, output, is_there }) in planned.iter().enumerate() {
+        if !is_there {
+            if let Some(before) = before {
+                renderings.show(before, &mut progress)?;
             }
-            renderings.make((&planned.frame, camera), next, &planned.output, &mut progress)?;
+            renderings.make(frame, next.as_ref(), output, &mut progress)?;
         }
-        last = told.done(index, &planned.output);
+        last = told.done(index, output);
         // The last line of output must be an image's path.
         if told.is_sequence && index + 1 < told.all {
             output::print(&last)?;
@@ -222,7 +221,7 @@ fn new_renderer(
 }
 
 /// Opens the last image in the system's viewer, if requested and if no render farm reads the progress.
-fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
+fn open<F>(args: &RenderArgs, planned: &[Planned<F>]) -> Result<(), CliError> {
     let is_asked_for = args.output.open && args.run.progress.is_none();
     let Some(last) = planned.last().filter(|_| is_asked_for) else { return Ok(()) };
     let path = &last.output.path;
@@ -246,7 +245,7 @@ fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
 }
 
 /// The images and their files. Refuses everything that can be refused without work.
-fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
+fn plan(shot: &Shot) -> Result<Vec<Planned<ShotFrame>>, CliError> {
     let args = &shot.args;
     let named = args.output.output.as_deref();
     let animation = Output::animation(named.filter(|_| args.track.is_sequence()));

@@ -30,7 +30,7 @@ use crate::{
     parse::Frames,
     progress::{Bar, Progress},
     report::grouped,
-    shot::ShotFrame,
+    stage::Posed,
     stereo::{self, StereoLayout},
 };
 
@@ -157,28 +157,22 @@ impl<'a> RenderedImages<'a> {
 
     /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone would
     /// flicker. May add light to a scene that is nearly black. If the first frame `is_next`, its images are reused.
-    pub fn meter(
-        &mut self,
-        first: &ShotFrame,
-        camera: &Camera,
-        is_next: bool,
-        progress: &mut Progress,
-    ) -> Result<(), CliError> {
+    pub fn meter(&mut self, first: &Posed, is_next: bool, progress: &mut Progress) -> Result<(), CliError> {
         if let Some(ev) = self.revolving.exposure() {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
         }
-        let mut drawn = self.drawn(first, camera, progress)?;
+        let mut drawn = self.drawn(first, progress)?;
         let flags = &self.args.lights;
         if let Some(lighting) = self.may_lack_light
             && let Some(scene) = &mut self.scene
-            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, camera, flags, &self.revolving)
+            && let Some(fill) = FillLight::of(&drawn.renderings[0], scene, &first.camera, flags, &self.revolving)
         {
             if light_rig::has_light(flags) {
                 progress.note(&fill.advice());
             } else {
-                self.revolving = fill.add(scene, camera, self.revolving, flags, lighting);
+                self.revolving = fill.add(scene, &first.camera, self.revolving, flags, lighting);
                 self.uploaded = self.renderer.upload(scene)?;
-                drawn = self.drawn(first, camera, progress)?;
+                drawn = self.drawn(first, progress)?;
                 progress.note(&fill.note());
             }
         }
@@ -203,24 +197,24 @@ impl<'a> RenderedImages<'a> {
     }
 
     /// Renders a frame only for the history that it leaves to the next one.
-    pub fn show(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<(), CliError> {
-        self.drawn(frame, camera, progress).map(|_| ())
+    pub fn show(&mut self, frame: &Posed, progress: &mut Progress) -> Result<(), CliError> {
+        self.drawn(frame, progress).map(|_| ())
     }
 
     /// Renders a frame and writes it. `next`: the frame that motion of its surfaces leads to.
     pub fn make(
         &mut self,
-        (frame, camera): (&ShotFrame, &Camera),
-        next: Option<(&ShotFrame, &Camera)>,
+        frame: &Posed,
+        next: Option<&Posed>,
         output: &Output,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let Drawn { mut renderings, camera: drawn_from, before } = match self.metered.take() {
+        let Drawn { mut renderings, camera, before } = match self.metered.take() {
             Some(metered) => metered,
-            None => self.drawn(frame, camera, progress)?,
+            None => self.drawn(frame, progress)?,
         };
         let aovs = match self.names {
-            Some(_) => Some(self.aovs(frame, &drawn_from, camera, next, progress)?),
+            Some(_) => Some(self.aovs(frame, &camera, next, progress)?),
             None => None,
         };
         let wrong: usize = renderings.iter_mut().map(images::make_finite).sum();
@@ -260,21 +254,20 @@ impl<'a> RenderedImages<'a> {
     /// What the surfaces of a frame are, which was just drawn from `drawn_from`.
     fn aovs(
         &mut self,
-        frame: &ShotFrame,
+        frame: &Posed,
         drawn_from: &Camera,
-        camera: &Camera,
-        next: Option<(&ShotFrame, &Camera)>,
+        next: Option<&Posed>,
         progress: &mut Progress,
     ) -> Result<Aovs, CliError> {
         let next = match next {
-            Some((next, camera)) => {
-                let camera = self.moved(next, camera, progress)?;
+            Some(next) => {
+                let camera = self.moved(next, progress)?;
                 Some(self.renderer.moment(&self.uploaded, &camera))
             }
             None => None,
         };
         if next.is_some() {
-            self.moved(frame, camera, progress)?;
+            self.moved(frame, progress)?;
         }
         let size = self.args.output.size;
         let size = [size.width, size.height];
@@ -283,7 +276,7 @@ impl<'a> RenderedImages<'a> {
     }
 
     /// Moves the scene to a frame's time; returns the camera at that time.
-    fn moved(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Camera, CliError> {
+    fn moved(&mut self, Posed { frame, camera }: &Posed, progress: &mut Progress) -> Result<Camera, CliError> {
         let Some(scene) = &mut self.scene else { return Ok(camera.clone()) };
         let moment = self.motion.as_ref().zip(frame.time);
         let angle = frame.view.orbit_angle;
@@ -307,8 +300,8 @@ impl<'a> RenderedImages<'a> {
 
     /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
     /// to the previous one.
-    fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Drawn, CliError> {
-        let camera = self.moved(frame, camera, progress)?;
+    fn drawn(&mut self, frame: &Posed, progress: &mut Progress) -> Result<Drawn, CliError> {
+        let camera = self.moved(frame, progress)?;
         let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;

@@ -1,9 +1,6 @@
 //! Writes OpenEXR files atomically, with lossless ZIP compression.
 
-use std::{
-    io::{Cursor, Write as _},
-    path::Path,
-};
+use std::{io::Cursor, path::Path};
 
 use exr::{
     meta::attribute::AttributeValue,

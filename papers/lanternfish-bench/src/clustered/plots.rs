@@ -28,18 +28,9 @@ pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)
         let curves_of: Vec<Curve> = most.iter().map(|row| distribution(row, &most, of(row))).collect();
         let bins = most.iter().map(|row| of(row).len()).max().unwrap_or(1) + 1;
         let highest = curves_of.iter().flat_map(|c| &c.points).map(|(_, fraction)| *fraction).fold(0.1, f64::max);
-        let x = Axis {
-            label,
-            ends: [0.0, (bins - 1) as f64],
-            logarithmic: false,
-            ticks: (0..bins).step_by(bins.div_ceil(10)).map(|bin| (bin as f64, bin_name(bin))).collect(),
-        };
-        let y = Axis {
-            label: "fraction of visible clusters",
-            ends: [0.0, highest],
-            logarithmic: false,
-            ticks: fractions(highest),
-        };
+        let ticks = (0..bins).step_by(bins.div_ceil(10)).map(|bin| (bin as f64, bin_name(bin)));
+        let x = Axis::of(label, [0.0, (bins - 1) as f64], ticks.collect());
+        let y = Axis::of("fraction of visible clusters", [0.0, highest], fractions(highest));
         curves(&named(title), &x, &y, &curves_of)
     };
     vec![

@@ -15,16 +15,12 @@ mod special;
 mod tests;
 
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::{Duration, Instant},
 };
 
 use clap::{Args, ValueEnum};
-use lanternfish_cli::{
-    args::adapter,
-    error::CliError,
-    output::{print, write_text},
-};
+use lanternfish_cli::{args::adapter, error::CliError, output::print};
 use lanternfish_gpu::{AdapterChoice, Gpu};
 use serde::Deserialize;
 
@@ -211,9 +207,5 @@ fn write(
     reports: &Reports,
     ran: &[RanPart],
 ) -> Result<(), CliError> {
-    let document = page::page(papers, machine, args.form(), reports, ran);
-    let file = |name: &str| -> PathBuf { Path::new(&args.output).join(name) };
-    write_text(&file("papers.json"), &document.to_json())?;
-    write_text(&file("papers.md"), &document.to_markdown())?;
-    write_text(&file("papers.html"), &document.to_html(page::STYLE))
+    page::page(papers, machine, args.form(), reports, ran).store(&args.output, "papers")
 }

@@ -16,12 +16,6 @@ use crate::{
     table::{Row, to_markdown},
 };
 
-pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:90rem;padding:0 1rem;color:#222}\
-                     .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
-                     svg{width:100%;max-width:48rem;height:auto}table{border-collapse:collapse}\
-                     td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
-                     .text{text-align:left}";
-
 impl Paper {
     /// For scripts.
     fn key(self) -> &'static str {

@@ -1,11 +1,6 @@
 //! The report as JSON, Markdown and HTML.
 
-use lanternfish_cli::{
-    error::CliError,
-    output::{print, write_text},
-    plot::escaped,
-    report::grouped,
-};
+use lanternfish_cli::{error::CliError, output::print, plot::escaped, report::grouped};
 use serde::Serialize;
 
 use super::{
@@ -74,20 +69,6 @@ impl ShotReport {
     }
 }
 
-/// Style of the HTML page.
-const STYLE: &str = "\
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em; background: #181a1c; color: #d8dadc }
-p, li { max-width: 60em }
-table { border-collapse: collapse }
-th, td { padding: .2em .8em; text-align: right; border-bottom: 1px solid #34383c; font-variant-numeric: tabular-nums }
-th:nth-child(-n+2), td.text { text-align: left }
-tr.noise { color: #8e959c; font-style: italic }
-td.marked { color: #ffb454 }
-.images { display: flex; flex-wrap: wrap; gap: 1em; margin: 1em 0 2.5em }
-figure { margin: 0 }
-img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-align: top }
-figcaption { font-size: 13px; color: #a4abb2 }";
-
 /// Writes the three reports, and prints the Markdown report. `commit` names the source revision, if known.
 pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]) -> Result<(), CliError> {
     let adapter = &bench.gpu.description;
@@ -125,11 +106,8 @@ pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]
         report.heading(shot.name);
         report.paragraph(shot.line());
         report.list(shot.ground_truths.iter().map(ground_truth_line));
-        let rows = shot.rows.iter().map(|row| table_row(&row.name, row.ground_truth, &cells(shot, row)));
-        let noise = shot
-            .ground_truths
-            .iter()
-            .map(|ground_truth| table_row("*noise*", ground_truth.name, &ground_truth_cells(ground_truth)));
+        let rows = shot.rows.iter().map(|row| table_row(&row.name, row.ground_truth, cells(shot, row)));
+        let noise = shot.ground_truths.iter().map(|of| table_row("*noise*", of.name, ground_truth_cells(of)));
         report.show(rows.chain(noise));
         report.html(renderings(shot));
     }
@@ -138,20 +116,14 @@ pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]
     bench.list_left_out();
     bench.end_progress();
     let report = bench.report();
-    report.write_json(&bench.folder)?;
-    let (markdown, html) = (report.to_markdown(), bench.folder.join("report.html"));
-    write_text(&bench.folder.join("report.md"), &markdown)?;
-    write_text(&html, &report.to_html(STYLE))?;
-    print(&format!("{markdown}\n{}\n", html.display()))
+    report.store(&bench.folder, "report")?;
+    print(&format!("{}\n{}\n", report.to_markdown(), bench.folder.join("report.html").display()))
 }
 
-/// A row of a shot's table: what is known of it, by heading.
-fn table_row(name: &str, ground_truth: &str, cells: &[(&str, String)]) -> Row {
+/// A row of a shot's table: the figures of [`COLUMNS`].
+fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
     let row = Row::default().text("name", "technique", name).text("ground_truth", "ground truth", ground_truth);
-    COLUMNS.into_iter().fold(row, |row, column| {
-        let cell = cells.iter().find(|(known, _)| *known == column);
-        row.shown(column, cell.map_or("", |(_, cell)| cell))
-    })
+    COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
 }
 
 /// HTML of the ground truths, then of every distinct image with its FLIP map.
@@ -176,7 +148,7 @@ fn renderings(shot: &ShotReport) -> String {
         let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.ground_truth);
         text += &figure(&[&figures.rendering, &figures.map], &caption);
     }
-    format!("<div class=\"images\">\n{text}</div>")
+    format!("<div class=\"small\">\n{text}</div>")
 }
 
 /// Rows without indirect light, compared with ground truths that have indirect light.
@@ -188,8 +160,12 @@ const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
 /// Cells of a row of `shot`; the reason alone if there are no results.
-fn cells(shot: &ShotReport, row: &Measured) -> Vec<(&'static str, String)> {
-    let Some(figures) = &row.figures else { return vec![("FLIP", row.left_out.clone().unwrap_or_default())] };
+fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
+    let Some(figures) = &row.figures else {
+        let mut cells = [const { String::new() }; 10];
+        cells[0] = row.left_out.clone().unwrap_or_default();
+        return cells;
+    };
     let errors = &figures.errors;
     let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
     let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
@@ -197,17 +173,17 @@ fn cells(shot: &ShotReport, row: &Measured) -> Vec<(&'static str, String)> {
         ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
-    vec![
-        ("FLIP", format!("{:.4}", errors.flip)),
-        ("HDR-FLIP", format!("{:.4}", errors.hdr_flip)),
-        ("relMSE", format!("{:.2e}", errors.relative_mse)),
-        ("p95", format!("{:.3}", errors.percentile_95)),
-        ("energy", format!("{:.4}{mark}", errors.energy_ratio)),
-        ("of indirect", indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default()),
-        ("pixels", grouped(figures.differing_pixels as u64)),
-        ("ms", format!("{:.1}", figures.frame_ms)),
-        ("rays", grouped(figures.rays)),
-        ("lights", grouped(figures.listed_lights)),
+    [
+        format!("{:.4}", errors.flip),
+        format!("{:.4}", errors.hdr_flip),
+        format!("{:.2e}", errors.relative_mse),
+        format!("{:.3}", errors.percentile_95),
+        format!("{:.4}{mark}", errors.energy_ratio),
+        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
+        grouped(figures.differing_pixels as u64),
+        format!("{:.1}", figures.frame_ms),
+        grouped(figures.rays),
+        grouped(figures.listed_lights),
     ]
 }
 
@@ -237,14 +213,14 @@ fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
 }
 
 /// Cells of a ground truth: its noise.
-fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> Vec<(&'static str, String)> {
+fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
+    let mut cells = [const { String::new() }; 10];
+    cells[0] = format!("{:.4}", ground_truth.noise_flip);
+    cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
+    cells[4] = format!("± {:.4}", ground_truth.noise_energy);
     let of_indirect = indirect_energy(ground_truth).map(|indirect| ground_truth.noise_energy / indirect);
-    vec![
-        ("FLIP", format!("{:.4}", ground_truth.noise_flip)),
-        ("relMSE", format!("{:.2e}", ground_truth.noise_relative_mse)),
-        ("energy", format!("± {:.4}", ground_truth.noise_energy)),
-        ("of indirect", of_indirect.map(|noise| format!("± {noise:.3}")).unwrap_or_default()),
-    ]
+    cells[5] = of_indirect.map(|noise| format!("± {noise:.3}")).unwrap_or_default();
+    cells
 }
 
 /// One line about the content and origin of a ground truth.
@@ -317,7 +293,7 @@ mod tests {
     fn a_technique_without_results_has_its_reason() {
         let shot = ShotReport::new(&SHOTS[0], &SHOTS[0].load(Path::new("none"), None).unwrap());
         let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
-        let table = to_markdown(&[table_row(&row.name, row.ground_truth, &cells(&shot, &row))]);
+        let table = to_markdown(&[table_row(&row.name, row.ground_truth, cells(&shot, &row))]);
         assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
     }
 

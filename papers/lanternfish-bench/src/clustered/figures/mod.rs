@@ -118,7 +118,7 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
     let file = |name: &str| bench.folder.join(name);
     let json = serde_json::to_string(&figures).map_err(|error| CliError::new(error, "this is a bug"))?;
     output::write_text(&file("report.json"), &(json + "\n"))?;
-    output::write_text(&file("figures.html"), &page::page(&figures, &bench.gpu).to_html(page::STYLE))?;
+    output::write_text(&file("figures.html"), &page::page(&figures, &bench.gpu).to_html())?;
     output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
 }
 

@@ -19,11 +19,6 @@ use super::{
 };
 use crate::{clustered::cases::Views, document::Document};
 
-pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
-                     .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
-                     svg{width:100%;height:auto}table{border-collapse:collapse}\
-                     td,th{padding:.15rem .6rem;text-align:left;border-bottom:1px solid #ddd}";
-
 const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#444444"];
 
 /// A name, a unit, and the values for each frame.

@@ -1,11 +1,12 @@
-//! Tables of figures. A figure is declared once, with a key for scripts, a column heading for people, and a number of digits. JSON, Markdown
-//! and HTML are generated from that.
+//! Tables of figures. A figure is declared once, with a key for scripts, a column heading for people, and a number of
+//! digits. JSON, text, Markdown and HTML are generated from that.
 
 use std::{borrow::Cow, fmt::Display};
 
-use lanternfish_cli::{plot::escaped, report::grouped};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
+
+use crate::plot::escaped;
 
 /// The key of a figure or a table in JSON.
 pub type Key = Cow<'static, str>;
@@ -170,6 +171,24 @@ pub fn decimal(number: f32) -> f64 {
     number.to_string().parse().unwrap_or_else(|_| number.into())
 }
 
+/// Formats a count with commas between thousands.
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Data as JSON, indented, with a line's end.
+pub fn to_json(data: &impl Serialize) -> String {
+    serde_json::to_string_pretty(data).expect("plain numbers and strings") + "\n"
+}
+
 fn value(data: &impl Serialize) -> Value {
     serde_json::to_value(data).expect("plain numbers and strings")
 }
@@ -188,17 +207,35 @@ pub fn to_markdown(rows: &[Row]) -> String {
     text
 }
 
+/// Formats rows, which have the same columns, as aligned text. Empty without rows, and without a line of headings if all
+/// are empty.
+pub fn to_text(rows: &[Row]) -> String {
+    let Some(first) = rows.first() else { return String::new() };
+    let mut lines: Vec<Vec<&str>> = vec![first.columns().map(|(heading, _)| heading).collect()];
+    lines.extend(rows.iter().map(|row| row.columns().map(|(_, cell)| cell.shown.as_str()).collect()));
+    let width = |i: usize| lines.iter().map(|line| line[i].chars().count()).max().unwrap_or(0);
+    let columns: Vec<_> = first.columns().enumerate().map(|(i, (_, cell))| (width(i), cell.is_text)).collect();
+    let cell = |(text, (width, is_text)): (&&str, &(usize, bool))| match is_text {
+        true => format!("{text:<width$}"),
+        false => format!("{text:>width$}"),
+    };
+    let line = |line: &Vec<&str>| line.iter().zip(&columns).map(cell).collect::<Vec<_>>().join("  ");
+    let lines = lines.iter().skip_while(|line| line.iter().all(|heading| heading.is_empty()));
+    lines.flat_map(|cells| [line(cells).trim_end().to_owned(), "\n".to_owned()]).collect()
+}
+
 /// Formats rows as an HTML table. A figure that ends in a star has the class `marked`, a row that begins with a star the class `noise`.
 pub fn to_html(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
-    let head: String = first.columns().map(|(heading, _)| format!("<th>{}", escaped(heading))).collect();
+    let class = |cell: &Cell| if cell.is_text { " class=\"text\"" } else { "" };
+    let head = |(heading, cell): (&str, &Cell)| format!("<th{}>{}", class(cell), escaped(heading));
+    let head: String = first.columns().map(head).collect();
     let mut text = format!("<table>\n<tr>{head}\n");
     for row in rows {
         let is_noise = row.columns().next().is_some_and(|(_, cell)| cell.shown.starts_with('*'));
         text += if is_noise { "<tr class=\"noise\">" } else { "<tr>" };
         for (_, cell) in row.columns() {
-            let class = if cell.is_text { " class=\"text\"" } else { "" };
-            let class = if cell.shown.ends_with(" *") { " class=\"marked\"" } else { class };
+            let class = if cell.shown.ends_with(" *") { " class=\"marked\"" } else { class(cell) };
             text += &format!("<td{class}>{}", escaped(cell.shown.trim_matches('*')));
         }
         text.push('\n');
@@ -230,6 +267,10 @@ mod tests {
         let expected = "|  | rays | frame, ms | missed | texels | paper |\n|---|---:|---:|---:|---:|---:|\n\
                         | a < b | 1,000 | 2.2 | 12.50 % | – | 11–16 |\n| *noise* | 2 | 2.2 | 12.50 % | – | 11–16 |\n";
         assert_eq!(to_markdown(&rows), expected);
+        let expected = "          rays  frame, ms   missed  texels  paper\n\
+                        a < b    1,000        2.2  12.50 %       –  11–16\n\
+                        *noise*      2        2.2  12.50 %       –  11–16\n";
+        assert_eq!(to_text(&rows), expected);
         let json = serde_json::to_string(&rows[0]).unwrap();
         assert_eq!(json, r#"{"name":"a < b","rays":1000,"ms":2.25,"missed":0.125,"texels":null,"size":[4,3]}"#);
         let html = to_html(&rows);
@@ -237,8 +278,15 @@ mod tests {
             html.contains("<td class=\"text\">a &lt; b<td>1,000") && html.contains("<tr class=\"noise\">"),
             "{html}"
         );
-        assert_eq!((to_markdown(&[]), to_html(&[])), (String::new(), String::new()));
+        assert_eq!([to_markdown(&[]), to_html(&[]), to_text(&[])], [const { String::new() }; 3]);
         assert_eq!((rows[0].f64("ms"), rows[0].words("rays")), (2.25, "1,000"));
+    }
+
+    #[test]
+    fn thousands_are_grouped() {
+        for (count, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (262_267, "262,267"), (1_000_000, "1,000,000")] {
+            assert_eq!(grouped(count), text);
+        }
     }
 
     #[test]

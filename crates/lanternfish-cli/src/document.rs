@@ -2,17 +2,26 @@
 
 use std::path::Path;
 
-use lanternfish_cli::{
-    error::CliError,
-    output::{print, write_text},
-    plot::escaped,
-    scene::SceneName,
-};
 use lanternfish_gpu::Gpu;
 use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
-use crate::table::{self, Key, Row};
+use crate::{
+    error::CliError,
+    output::{print, write_text},
+    plot::escaped,
+    scene::SceneName,
+    table::{self, Key, Row},
+};
+
+/// Style of all pages.
+const STYLE: &str = "body{font:15px/1.4 sans-serif;margin:1rem auto;max-width:100rem;padding:0 1rem;color:#222}\
+                     p,li{max-width:60em}table{border-collapse:collapse}svg,img{max-width:100%;height:auto}\
+                     td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
+                     .text{text-align:left}.noise{color:#777;font-style:italic}.marked{color:#b30}\
+                     .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
+                     figure{display:inline-block;margin:0 1em 1em 0;vertical-align:top}figcaption{font-size:13px;color:#555}\
+                     .small img{width:288px;image-rendering:pixelated}";
 
 /// A part of a page.
 #[derive(Debug)]
@@ -167,10 +176,10 @@ impl Document {
     }
 
     /// Returns a self-contained HTML page without scripts.
-    pub fn to_html(&self, style: &str) -> String {
+    pub fn to_html(&self) -> String {
         let title = escaped(&self.title);
         let mut text = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{style}</style></head>\
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style></head>\
              <body>\n<h1>{title}</h1>\n"
         );
         for block in &self.page {
@@ -178,10 +187,8 @@ impl Document {
                 Block::Heading(level, heading) => format!("<h{level}>{}</h{level}>\n", escaped(heading)),
                 Block::Paragraph(words) => format!("<p>{}</p>\n", escaped(words)),
                 Block::List(lines) => {
-                    format!(
-                        "<ul>{}</ul>\n",
-                        lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect::<String>()
-                    )
+                    let items = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line)));
+                    format!("<ul>{}</ul>\n", items.collect::<String>())
                 }
                 Block::Table(rows) => table::to_html(rows),
                 Block::Html(html) => format!("{html}\n"),
@@ -190,21 +197,18 @@ impl Document {
         text + "</body></html>\n"
     }
 
-    /// Writes report.json and report.md, and prints the page.
+    /// Writes report.json, report.md and report.html, and prints the page.
     pub fn write(&self, folder: &Path) -> Result<(), CliError> {
-        self.write_json(folder)?;
-        let (page, file) = (self.to_markdown(), folder.join("report.md"));
-        write_text(&file, &page)?;
-        print(&format!("{page}\n{}\n", file.display()))
+        self.store(folder, "report")?;
+        print(&format!("{}\n{}\n", self.to_markdown(), folder.join("report.md").display()))
     }
 
-    /// Writes report.json.
-    pub fn write_json(&self, folder: &Path) -> Result<(), CliError> {
-        write_text(&folder.join("report.json"), &self.to_json())
-    }
-
-    pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
+    /// Writes the page as NAME.json, NAME.md and NAME.html.
+    pub fn store(&self, folder: &Path, name: &str) -> Result<(), CliError> {
+        let file = |ending: &str| folder.join(format!("{name}.{ending}"));
+        write_text(&file("json"), &table::to_json(self))?;
+        write_text(&file("md"), &self.to_markdown())?;
+        write_text(&file("html"), &self.to_html())
     }
 }
 
@@ -235,7 +239,7 @@ mod tests {
         document.left_out(&[LeftOut { what: "samples".to_owned(), reason: "refused".to_owned() }]);
         let markdown = "# Rays & images\n\n## Rays\n\nOf *one* frame.\n\n| rays |\n|---:|\n| 7 |\n\n## Left out\n\n- samples: refused\n";
         assert_eq!(document.to_markdown(), markdown);
-        let html = document.to_html("");
+        let html = document.to_html();
         assert!(
             html.contains("<h1>Rays &amp; images</h1>")
                 && html.contains("<h2>A plot</h2>\n<svg/>")

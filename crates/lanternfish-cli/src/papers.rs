@@ -2,8 +2,6 @@
 //!
 //! Each image is made by a process of its own, with the commands `reference` and `render`, so that the sheet shows what a user gets.
 
-mod page;
-
 use std::{
     collections::BTreeMap,
     ffi::OsString,
@@ -20,15 +18,19 @@ use serde::Deserialize;
 
 use crate::{
     args::{Selection, SharedFlags, TrustArgs, demos},
+    document::Document,
     error::CliError,
     images::{energy_of, shown},
-    output, program,
+    output,
+    plot::escaped,
+    program,
     progress::Progress,
     reference::shared_flags,
     report::grouped,
     scene::SceneName,
     sheet::{GLYPH, Sheet},
     shot::{self, Shot, shown::quoted},
+    table::Row,
 };
 
 pub const HELP: &str = "\
@@ -194,7 +196,7 @@ pub fn run(args: &PapersArgs, said: &ArgMatches, trust: TrustArgs) -> Result<(),
     let pixels: Vec<u8> = sheet.pixels.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
     write_png(&path, [sheet.width as u32, sheet.height as u32], ColorType::Rgb, &pixels).map_err(failed(&path))?;
     let page = folder.join("papers.html");
-    output::write_text(&page, &page::html(&entries, &title, &flags.command(args)))?;
+    output::write_text(&page, &self::page(&entries, &title, &flags.command(args)).to_html())?;
     progress.finish();
     output::print(&format!("{}\n", page.display()))
 }
@@ -317,6 +319,28 @@ impl Cost {
         let time = |pass: &Pass| pass.ms.map_or_else(String::new, |ms| format!("{ms:.2}"));
         self.passes.iter().map(|pass| (pass.name.clone(), time(pass))).collect()
     }
+}
+
+/// The sheet as a page: images, errors, times of every pass, and what each paper sets.
+fn page(entries: &[Entry], title: &str, command: &str) -> Document {
+    let mut page = Document::titled("Five papers, all at once, and the path tracer", Row::default());
+    page.paragraph(title);
+    page.html(format!("<pre>{}</pre>", escaped(command)));
+    for entry in entries {
+        let (file, name, lines) = (entry.file(), entry.name(), escaped(&entry.lines.join("\n")).replace('\n', "<br>"));
+        let about = escaped(entry.paper.map_or("the ground truth: every bounce", |paper| paper.help()));
+        page.html(format!(
+            "<figure><img src=\"{file}\" alt=\"{name}\"><figcaption><b>{name}</b>: {about}<br>{lines}</figcaption></figure>"
+        ));
+    }
+    for (entry, paper) in entries.iter().filter_map(|entry| Some((entry, entry.paper?))) {
+        page.heading(paper.name());
+        page.show(paper.rows().into_iter().map(|row| {
+            Row::default().text("", "setting", row.name).text("", "value", row.value).text("", "why", row.source)
+        }));
+        page.show(entry.passes.iter().map(|(name, ms)| Row::default().text("", "pass", name).shown("ms", ms)));
+    }
+    page
 }
 
 /// Images in a row of the sheet, pixels between them, and lines of text below each.
