@@ -38,8 +38,8 @@ class Camera:
     def __post_init__(self) -> None:
         if self.convention not in _AXES:
             raise ValueError(f"convention {self.convention!r}: expected opengl or opencv")
-        pose = np.array(_check.pose(self.pose, "pose of a camera"), dtype=np.float64) @ _AXES[self.convention]
-        object.__setattr__(self, "pose", pose)
+        pose = _check.pose(self.pose, "pose of a camera")
+        object.__setattr__(self, "pose", pose @ _AXES[self.convention])
         object.__setattr__(self, "convention", "opengl")
         if self.fov_y is not None and not 0 < _check.number(self.fov_y, "fov_y") < 180:
             raise ValueError(f"fov_y is {self.fov_y}: degrees between 0 and 180 are meant")
@@ -103,16 +103,6 @@ class Camera:
             left, right, bottom = -top * width / height, top * width / height, -top
         fx, fy = width / (right - left), height / (top - bottom)
         return np.array([[fx, 0, -left * fx], [0, fy, top * fy], [0, 0, 1]])
-
-    def _raw(self) -> dict[str, Any]:
-        fov_y = math.radians(self.fov_y) if self.fov_y is not None else None
-        return {"name": self.name, "pose": self.pose.tolist(), "fov_y": fov_y, "slopes": self._slopes,
-                "orthographic": self._orthographic, "near": self.near}
-
-    @classmethod
-    def _of(cls, raw: dict[str, Any]) -> "Camera":
-        fov_y = math.degrees(raw["fov_y"]) if raw["fov_y"] is not None else None
-        return cls(raw["pose"], fov_y, raw["near"], "opengl", raw["name"], None, raw["slopes"], raw["orthographic"])
 
 
 def _size(size: Any) -> tuple[int, int]:
