@@ -1,5 +1,4 @@
-//! The package's `Camera`, `Light` and `Material` (`_camera.py`, `_objects.py`), which have been checked when they were
-//! made.
+//! The package's `Camera`, `Light` and `Material` (`_objects.py`), which were checked when they were made.
 
 use glam::{Affine3A, Mat4, Vec3};
 use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Projection, TextureRef};

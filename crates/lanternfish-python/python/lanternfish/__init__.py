@@ -10,10 +10,11 @@ Units: metres, degrees, candela, lux, nits; colours are linear Rec. 709 unless s
 Notes go to `logging.getLogger("lanternfish")`. Exceptions: `ValueError` for what a caller passed, `Error` for the rest.
 """
 
-from ._camera import Camera
 from ._image import Images, png, write_png
 from ._lanternfish import OUTPUTS, Error, NoAdapter, __version__, settings
-from ._objects import DirectionalLight, DiskLight, Light, Material, Mesh, PointLight, RectangleLight, SpotLight
+from ._objects import (
+    Camera, DirectionalLight, DiskLight, Light, Material, Mesh, PointLight, RectangleLight, SpotLight,
+)
 from ._renderer import Renderer, compare, reference
 from ._scene import Scene, load
 

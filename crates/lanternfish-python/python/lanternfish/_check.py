@@ -55,6 +55,16 @@ def pose(value: Any, what: str = "pose") -> np.ndarray:
     return matrix
 
 
+def size(value: Any) -> tuple[int, int]:
+    """Width and height, pixels."""
+    if value is None:
+        raise ValueError("size: width and height in pixels are meant, e.g. (640, 480)")
+    width, height = array(value, (2,), "size", np.int64).tolist()
+    if not (0 < width < 2**31 and 0 < height < 2**31):
+        raise ValueError(f"size: {width} x {height}: width and height above 0 are meant, pixels")
+    return width, height
+
+
 def linear(srgb: np.ndarray) -> np.ndarray:
     """Linear values of sRGB-encoded ones from 0 to 1."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

@@ -9,9 +9,8 @@ from typing import Any, Callable, Iterator, Sequence
 import numpy as np
 
 from . import _check, _driver, _lanternfish
-from ._camera import Camera, _size
 from ._image import Images
-from ._objects import Light, _factors
+from ._objects import Camera, Light, _factors
 from ._scene import Scene, _found
 
 Progress = Callable[[int, int], Any]
@@ -92,7 +91,7 @@ class Renderer:
         sizes = {camera.size for camera in given if camera.size is not None}
         if size is None and len(sizes) > 1:
             raise ValueError(f"the cameras are for images of {sorted(sizes)}: render those of one size, or name a size")
-        size = _size(size or next(iter(sizes), (640, 480)))
+        size = _check.size(size or next(iter(sizes), (640, 480)))
         names = [outputs] if isinstance(outputs, str) else list(outputs)
         with self._alone() as (data, scene):
             given = given or [scene.default_camera(size[0] / size[1])]
@@ -195,7 +194,7 @@ def reference(
     Arrays: `radiance` (nits, unbiased), and at pixels' centres `instance`, `material` and `distance` as of
     `Renderer.render`. `settings`: those of materials, attenuation and size of lights (`light_radius`, `sun_diameter`).
     """
-    size = _size(size or (camera.size if camera else None) or (640, 480))
+    size = _check.size(size or (camera.size if camera else None) or (640, 480))
     camera = camera or scene.default_camera(size)
     numbers = _check.array([spp, seed, max_depth], (3,), "spp, seed, max_depth", np.uint32).tolist()
     if 0 in numbers[::2]:

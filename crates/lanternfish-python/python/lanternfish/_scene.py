@@ -10,8 +10,7 @@ from typing import Any, Callable
 import numpy as np
 
 from . import _check, _lanternfish
-from ._camera import Camera, _size
-from ._objects import _TEXTURES, Light, _factors, Material, Mesh
+from ._objects import _TEXTURES, Camera, Light, _factors, Material, Mesh
 
 Path = str | os.PathLike[str]
 
@@ -141,7 +140,7 @@ class Scene:
 
     def default_camera(self, size: tuple[int, int] = (640, 480)) -> Camera:
         """The first camera; without one, a camera that frames the scene in an image of this size."""
-        width, height = _size(size)
+        width, height = _check.size(size)
         return self._data.default_camera(width / height)
 
     def set_sky(self, color: Any) -> None:
