@@ -1,6 +1,10 @@
 //! The adapter that renders, with what was compiled for it.
 
-use std::{mem, ops::Deref, process};
+use std::{
+    mem,
+    ops::{Deref, DerefMut},
+    process,
+};
 
 use lanternfish_gpu::{AdapterChoice, Engine, Gpu, GpuError, driver_warning};
 use pyo3::prelude::*;
@@ -24,6 +28,12 @@ impl<T> Deref for OfProcess<T> {
 
     fn deref(&self) -> &T {
         self.value.as_ref().expect("it is there until it is dropped")
+    }
+}
+
+impl<T> DerefMut for OfProcess<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.value.as_mut().expect("it is there until it is dropped")
     }
 }
 
@@ -53,7 +63,8 @@ impl Device {
 
 #[pymethods]
 impl Device {
-    /// Opens an adapter: `auto`, `cpu`, `gpu`, or a part of a name. `NoAdapter` if there is none, or no software one for `cpu`.
+    /// Opens an adapter: `auto`, `cpu`, `gpu`, or a part of a name. `NoAdapter` if there is none, or no software one
+    /// for `cpu`.
     #[new]
     fn new(py: Python<'_>, adapter: &str) -> PyResult<Self> {
         check_process()?;

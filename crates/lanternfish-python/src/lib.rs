@@ -1,17 +1,17 @@
 //! The Python module `lanternfish._lanternfish`: what the package's Python code needs of the library.
 //!
-//! The interface that users see, its checks of shapes and types and its documentation are Python: `python/lanternfish/`. Classes of this
-//! module take and return numpy arrays and dictionaries (`raw.rs`). Work runs without the interpreter's lock.
+//! The interface that users see, its checks of shapes and types and its documentation are Python:
+//! `python/lanternfish/`. This module takes and returns numpy arrays and the objects of that interface (`objects.rs`).
+//! Work runs without the interpreter's lock.
 
 mod device;
 mod log;
+mod objects;
 mod outputs;
-mod raw;
 mod reference;
 mod renderer;
 mod scene;
 mod settings;
-mod state;
 
 use std::{ffi::OsString, fmt, io, process, sync::OnceLock};
 
@@ -32,7 +32,8 @@ fn failed(error: impl fmt::Display) -> PyErr {
 }
 
 /// What a caller may correct is a `ValueError`.
-fn render_failed(error: RenderError) -> PyErr {
+fn render_failed(error: impl Into<RenderError>) -> PyErr {
+    let error = error.into();
     let text = error.to_string();
     match error {
         RenderError::InvalidScene(_) | RenderError::Camera { .. } | RenderError::Size { .. } => {
@@ -51,8 +52,9 @@ fn load_failed(error: SceneError) -> PyErr {
     }
 }
 
-/// Begins a use of the library. An error in a process that was forked after the first use: it has none of the threads that work, nor the
-/// driver's.
+/// Begins a use of the library. An error in a process that was forked after the first use: it has none of the threads
+/// that work, nor the driver's.
+#[pyfunction]
 fn check_process() -> PyResult<()> {
     static USER: OnceLock<u32> = OnceLock::new();
     let user = USER.get_or_init(|| {
@@ -97,5 +99,6 @@ fn _lanternfish(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(reference::compare, module)?)?;
     module.add_function(wrap_pyfunction!(settings::settings, module)?)?;
     module.add_function(wrap_pyfunction!(device::has_adapter, module)?)?;
+    module.add_function(wrap_pyfunction!(check_process, module)?)?;
     module.add_function(wrap_pyfunction!(command, module)?)
 }

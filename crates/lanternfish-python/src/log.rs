@@ -1,6 +1,7 @@
 //! The library's notes for Python's `logging`, under the name `lanternfish`.
 //!
-//! Threads that hold no interpreter lock write them, so they wait in a list until a call of Python's thread hands them over.
+//! Threads that hold no interpreter lock write them, so they wait in a list until a call of Python's thread hands them
+//! over.
 
 use std::{
     fmt::{Debug, Write},

@@ -11,7 +11,7 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 use crate::{
     check_process, failed, log,
-    raw::RawCamera,
+    objects::CameraObject,
     scene::SceneData,
     settings::{add_rig, chosen_settings},
     step,
@@ -23,7 +23,7 @@ use crate::{
 pub fn reference<'py>(
     py: Python<'py>,
     scene: &SceneData,
-    camera: RawCamera,
+    camera: CameraObject,
     size: [u32; 2],
     samples: u64,
     seed: u64,
@@ -49,6 +49,7 @@ pub fn reference<'py>(
         seed,
         ..Settings::default()
     };
+    let [width, height] = size.map(|side| side as usize);
     let traced = py.detach(|| {
         add_rig(&mut scene, &camera, light_rig, true)?;
         let tracer = Tracer::new(&scene, settings).map_err(failed)?;
@@ -57,21 +58,17 @@ pub fn reference<'py>(
             tracer.render(&camera, &mut film, 1);
             step(progress.as_ref(), sample as usize + 1, samples as usize)?;
         }
-        let [width, height] = size.map(|side| side as usize);
         Ok::<_, PyErr>((film.mean(), tracer.first_hits(&camera, width, height, [0.5; 2])))
     });
     log::tell(py)?;
     let (radiance, hits) = traced?;
-    let [width, height] = size.map(|side| side as usize);
     let arrays = PyDict::new(py);
-    let radiance = PyArray1::from_vec(py, radiance.into_flattened()).reshape([height, width, 3])?;
-    arrays.set_item("radiance", radiance)?;
-    let ids = |of: fn(&(u32, u32, f32)) -> u32| {
-        let ids: Vec<u32> = hits.iter().map(|hit| hit.as_ref().map_or(0, |hit| of(hit) + 1)).collect();
-        PyArray1::from_vec(py, ids).reshape([height, width])
-    };
-    arrays.set_item("instance", ids(|hit| hit.0)?)?;
-    arrays.set_item("material", ids(|hit| hit.1)?)?;
+    arrays.set_item("radiance", PyArray1::from_vec(py, radiance.into_flattened()).reshape([height, width, 3])?)?;
+    let instances = hits.iter().map(|hit| hit.map_or(0, |hit| hit.0 + 1)).collect();
+    let materials = hits.iter().map(|hit| hit.map_or(0, |hit| hit.1 + 1)).collect();
+    for (name, ids) in [("instance", instances), ("material", materials)] {
+        arrays.set_item(name, PyArray1::<u32>::from_vec(py, ids).reshape([height, width])?)?;
+    }
     let distances: Vec<f32> = hits.iter().map(|hit| hit.map_or(0.0, |hit| hit.2)).collect();
     arrays.set_item("distance", PyArray1::from_vec(py, distances).reshape([height, width])?)?;
     Ok(arrays)

@@ -1,12 +1,13 @@
 //! A renderer that keeps a scene on the device.
 
-use std::{
-    cell::Cell,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::{mem, ops::ControlFlow, sync::Arc};
 
-use lanternfish::{Aovs, RenderError, RenderedImage, Renderer, settings::Exposure};
-use lanternfish_scene::{Light, Setting as _, memory::Budget, near_plane, rig};
+use glam::Affine3A;
+use lanternfish::{
+    Aovs, GpuScene, RenderError, RenderedImage, Renderer, Sent,
+    settings::{Exposure, Occlusion},
+};
+use lanternfish_scene::{Camera, Light, Scene, Setting as _, memory::Budget, near_plane, rig};
 use pyo3::{
     exceptions::{PyMemoryError, PyValueError},
     prelude::*,
@@ -14,63 +15,114 @@ use pyo3::{
 };
 
 use crate::{
-    Error, check_process,
+    check_process,
     device::{Device, OfProcess},
     log,
-    outputs::Outputs,
-    raw::{RawCamera, RawLight, Rows, affine, set_properties},
+    objects::{CameraObject, Rows, affine, light},
+    outputs::{DISPLAY, LIT, Outputs, SURFACES},
     render_failed,
     scene::SceneData,
-    settings::chosen_settings,
-    state::{Failure, State},
+    settings::{add_rig, chosen_settings},
     step,
 };
 
-/// A scene with a camera at one time.
+/// A scene with a camera at one time: of `Renderer.moment`.
 #[pyclass(frozen)]
 pub struct Moment(OfProcess<lanternfish::Moment>);
 
-/// The renderer, which threads use one after another; none once it is closed.
-#[pyclass(frozen)]
-pub struct RendererData(OfProcess<Mutex<Option<State>>>);
-
-thread_local! {
-    static IS_BUSY: Cell<bool> = const { Cell::new(false) };
-}
-
-/// A thread that works, and would wait for itself.
-struct Busy;
-
-impl Busy {
-    fn new() -> PyResult<Self> {
-        check_process()?;
-        match IS_BUSY.replace(true) {
-            false => Ok(Self),
-            true => Err(Error::new_err("a renderer is used within its own progress: let the call return first")),
-        }
-    }
-}
-
-impl Drop for Busy {
-    fn drop(&mut self) {
-        IS_BUSY.set(false);
-    }
+/// What a `Renderer` of the package (`_renderer.py`) has beside its scene, which it passes; it lets threads in one
+/// after another.
+#[pyclass]
+pub struct RendererData {
+    renderer: OfProcess<Renderer>,
+    uploaded: OfProcess<Option<GpuScene>>,
+    /// The rig for scenes without light, by name; `auto` chooses it.
+    light_rig: String,
+    /// The rig that was added, and the camera around which it is.
+    added: Option<(rig::LightRig, Camera)>,
+    /// True if the next display image sets the exposure of all.
+    is_metered: bool,
+    /// Exposure at which white is white in the rig.
+    exposure_of_rig: Option<f32>,
+    near: f32,
+    /// Instances that have moved since the last image.
+    moved: Vec<(usize, Affine3A)>,
+    /// Bytes that the last moves sent to the device.
+    #[pyo3(get)]
+    sent_bytes: u64,
 }
 
 impl RendererData {
     /// Runs `work` without the interpreter's lock.
-    fn work<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut State) -> Result<R, Failure> + Send) -> PyResult<R> {
-        let _busy = Busy::new()?;
-        let done = py.detach(|| {
-            let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            let closed = || Failure::Python(Error::new_err("the renderer is closed: make another one"));
-            work(state.as_mut().ok_or_else(closed)?)
-        });
+    fn work<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut Self) -> PyResult<R> + Send) -> PyResult<R> {
+        check_process()?;
+        let done = py.detach(|| work(self));
         log::tell(py)?;
-        done.map_err(|failure| match failure {
-            Failure::Render(error) => render_failed(error),
-            Failure::Python(error) => error,
-        })
+        done
+    }
+
+    /// Uploads the scene with its light, or sends what has moved.
+    fn prepare(&mut self, scene: &mut Arc<Scene>, camera: &Camera) -> PyResult<()> {
+        let moved = mem::take(&mut self.moved);
+        if self.uploaded.is_none() {
+            let settings = self.renderer.settings();
+            if settings.image.debug_view.is_none() {
+                let reaches = settings.indirect.sees_environment() || settings.occlusion != Occlusion::NONE;
+                let (rig, exposure) = add_rig(scene, camera, &self.light_rig, reaches)?;
+                (self.added, self.exposure_of_rig) = (rig.map(|rig| (rig, camera.clone())), exposure);
+            }
+            *self.uploaded = Some(self.renderer.upload(scene).map_err(render_failed)?);
+        } else if !moved.is_empty() {
+            self.sent_bytes = self.change(scene, |renderer, uploaded| renderer.move_instances(uploaded, &moved))?;
+        }
+        Ok(())
+    }
+
+    /// Sends the changed scene.
+    fn update_all(&mut self, scene: &Scene) -> PyResult<()> {
+        self.moved.clear();
+        let Some(uploaded) = &mut *self.uploaded else { return Ok(()) };
+        self.renderer.update(uploaded, scene).map_err(render_failed)
+    }
+
+    /// Sends a change of one thing alone, where the device can take it. Returns the number of bytes.
+    fn change(
+        &mut self,
+        scene: &Scene,
+        change: impl FnOnce(&Renderer, &mut GpuScene) -> Result<Sent, RenderError>,
+    ) -> PyResult<u64> {
+        match self.uploaded.as_mut().map(|uploaded| change(&self.renderer, uploaded)) {
+            Some(Err(RenderError::NeedsUpdate { .. })) => self.update_all(scene).map(|()| 0),
+            sent => sent.map_or(Ok(0), |sent| sent.map(|sent| sent.bytes)).map_err(render_failed),
+        }
+    }
+
+    /// An image; the first display image sets the exposure of all.
+    fn image(
+        &mut self,
+        camera: &Camera,
+        size: [u32; 2],
+        has_display: bool,
+        tell: impl Fn(usize) -> PyResult<()>,
+    ) -> PyResult<RenderedImage> {
+        let is_metered = self.is_metered && has_display;
+        if let Some(ev) = self.exposure_of_rig.filter(|_| is_metered) {
+            self.renderer.set_exposure(Exposure::Ev(ev)).map_err(render_failed)?;
+        }
+        let mut told = Ok(());
+        let tell = |frames: u32| {
+            told = tell(frames as usize);
+            if told.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let uploaded = self.uploaded.as_ref().expect("it was prepared");
+        let rendered = self.renderer.render_frames(uploaded, &[(camera, size)], tell);
+        told?;
+        let image = rendered.map_err(render_failed)?.remove(0);
+        if let Some(ev) = image.exposure.filter(|_| is_metered) {
+            self.renderer.set_exposure(Exposure::Ev(ev)).map_err(render_failed)?;
+            self.is_metered = false;
+        }
+        Ok(image)
     }
 }
 
@@ -92,188 +144,130 @@ impl RendererData {
             let read = rig::LightRig::Studio.read(&light_rig);
             read.map_err(|what| PyValueError::new_err(format!("light_rig: {what}, or auto")))?;
         }
-        let scene = Arc::clone(&scene.scene);
         let made = py.detach(|| {
-            scene.validate().map_err(RenderError::from)?;
-            let renderer = Renderer::with_engine(device.engine(), settings.for_scene(&scene))?;
-            Ok::<_, RenderError>((renderer, near_plane(&scene.bounds())))
+            scene.scene.validate().map_err(RenderError::from)?;
+            let renderer = Renderer::with_engine(device.engine(), settings.for_scene(&scene.scene))?;
+            Ok::<_, RenderError>((renderer, near_plane(&scene.scene.bounds())))
         });
         log::tell(py)?;
         let (renderer, near) = made.map_err(render_failed)?;
-        let (uploaded, added, exposure_of_rig, moved) = (None, None, None, Vec::new());
-        let state = State {
-            renderer,
-            scene,
-            uploaded,
-            light_rig,
-            added,
-            is_metered,
-            exposure_of_rig,
-            near,
-            moved,
-            sent_bytes: 0,
-        };
-        Ok(Self(OfProcess::new(Mutex::new(Some(state)))))
+        let (renderer, uploaded) = (OfProcess::new(renderer), OfProcess::new(None));
+        let (added, exposure_of_rig, moved, sent_bytes) = (None, None, Vec::new(), 0);
+        Ok(Self { renderer, uploaded, light_rig, added, is_metered, exposure_of_rig, near, moved, sent_bytes })
     }
 
-    /// Renders each camera's image.
-    fn render<'py>(
-        &self,
-        py: Python<'py>,
-        cameras: Vec<RawCamera>,
+    /// The arrays of each camera's image.
+    #[allow(clippy::too_many_arguments, reason = "Python calls it by position, from one place")]
+    fn render(
+        &mut self,
+        py: Python<'_>,
+        scene: &mut SceneData,
+        cameras: Vec<CameraObject>,
         size: [u32; 2],
         outputs: Vec<String>,
         towards: Option<&Moment>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let mut outputs = Outputs::new(&outputs)?;
-        let count = cameras.len();
-        let [width, height] = size.map(|side| side as usize);
-        let bytes =
-            (count * width).saturating_mul(height) as u64 * (Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
+    ) -> PyResult<Vec<Py<PyDict>>> {
+        let (outputs, count, [width, height]) = (Outputs::new(&outputs)?, cameras.len(), size);
+        let pixels = (count as u64 * u64::from(width)).saturating_mul(u64::from(height));
+        let bytes = pixels.saturating_mul(Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
         let need = Budget::of_process().check(bytes, || format!("{count} images of {width}x{height} pixels need"));
         need.map_err(|need| PyMemoryError::new_err(format!("{need}; render fewer at a time")))?;
-        let outputs = self.work(py, |state| {
-            let frames = state.renderer.settings().image.accumulate as usize;
-            for (index, camera) in cameras.iter().enumerate() {
-                let camera = camera.camera(state.near);
-                state.prepare(&camera)?;
+        self.work(py, |this| {
+            let frames = this.renderer.settings().image.accumulate as usize;
+            let image = |(index, camera): (usize, &CameraObject)| {
+                let camera = camera.camera(this.near);
+                this.prepare(&mut scene.scene, &camera)?;
                 let tell = |done: usize| step(progress.as_ref(), index * frames + done, count * frames);
-                let image = match outputs.have_light() {
-                    true => Some(state.image(&camera, size, outputs.have_display(), tell)?),
+                let image = match outputs.have(LIT) {
+                    true => Some(this.image(&camera, size, outputs.have(DISPLAY), tell)?),
                     false => None,
                 };
-                let State { renderer, uploaded, scene, .. } = &mut *state;
-                let uploaded = uploaded.as_ref().expect("it was prepared");
-                let aovs = match outputs.have_surfaces() {
-                    true => Some(renderer.aovs(uploaded, &camera, size, towards.map(|moment| &*moment.0))?),
-                    false => None,
-                };
-                let class = |id: u32| id.checked_sub(1).and_then(|index| scene.semantics.get(index as usize).copied());
-                outputs.add(image.as_ref(), aovs.as_ref(), |id| class(id).unwrap_or(0));
+                let uploaded = this.uploaded.as_ref().expect("it was prepared");
+                let surfaces = || this.renderer.aovs(uploaded, &camera, size, towards.map(|moment| &*moment.0));
+                let surfaces = outputs.have(SURFACES).then(surfaces).transpose().map_err(render_failed)?;
+                let arrays = outputs.arrays(size, image.as_ref(), surfaces.as_ref(), &scene.scene.semantics)?;
                 if frames == 1 || image.is_none() {
-                    step(progress.as_ref(), (index + 1) * frames, count * frames)?;
+                    tell(frames)?;
                 }
-            }
-            Ok(outputs)
-        })?;
-        let arrays = PyDict::new(py);
-        for (name, array) in outputs.arrays(py, [count, height, width])? {
-            arrays.set_item(name, array)?;
-        }
-        Ok(arrays)
+                Ok(arrays)
+            };
+            cameras.iter().enumerate().map(image).collect()
+        })
     }
 
     /// The scene as it is, for motion towards or from it.
-    fn moment(&self, py: Python<'_>, camera: RawCamera) -> PyResult<Moment> {
-        self.work(py, |state| {
-            let camera = camera.camera(state.near);
-            state.prepare(&camera)?;
-            let uploaded = state.uploaded.as_ref().expect("it was prepared");
-            Ok(Moment(OfProcess::new(state.renderer.moment(uploaded, &camera))))
+    fn moment(&mut self, py: Python<'_>, scene: &mut SceneData, camera: CameraObject) -> PyResult<Moment> {
+        self.work(py, |this| {
+            let camera = camera.camera(this.near);
+            this.prepare(&mut scene.scene, &camera)?;
+            let uploaded = this.uploaded.as_ref().expect("it was prepared");
+            Ok(Moment(OfProcess::new(this.renderer.moment(uploaded, &camera))))
         })
     }
 
     /// Moves instances, by their numbers from 1 on, at the next image.
-    fn set_poses(&self, py: Python<'_>, poses: Vec<(usize, Rows)>) -> PyResult<()> {
-        self.work(py, |state| {
-            let scene = Arc::make_mut(&mut state.scene);
-            for (id, pose) in &poses {
-                scene.instances[id - 1].world_from_object = affine(pose);
-                state.moved.push((id - 1, affine(pose)));
-            }
-            Ok(())
+    fn set_poses(&mut self, scene: &mut SceneData, poses: Vec<(usize, Rows)>) {
+        for (id, pose) in poses {
+            scene.set_pose(id, pose);
+            self.moved.push((id - 1, affine(&pose)));
+        }
+    }
+
+    /// Sends a light that has changed.
+    fn send_light(&mut self, py: Python<'_>, scene: &SceneData, index: usize) -> PyResult<u64> {
+        let new = &scene.scene.lights[index];
+        self.work(py, |this| this.change(&scene.scene, |renderer, uploaded| renderer.set_light(uploaded, index, new)))
+    }
+
+    /// Sends a material that has changed.
+    fn send_material(&mut self, py: Python<'_>, scene: &SceneData, index: usize) -> PyResult<u64> {
+        let new = &scene.scene.materials[index];
+        self.work(py, |this| {
+            this.change(&scene.scene, |renderer, uploaded| renderer.set_material(uploaded, index, new))
         })
     }
 
-    /// Replaces a light of the scene.
-    fn set_light(&self, py: Python<'_>, index: usize, light: RawLight) -> PyResult<()> {
-        let light = light.light()?;
-        self.work(py, |state| {
-            Arc::make_mut(&mut state.scene).lights[index] = light.clone();
-            state.change(|renderer, uploaded| renderer.set_light(uploaded, index, &light))
-        })
+    /// Sends whatever has changed.
+    fn send(&mut self, py: Python<'_>, scene: &SceneData) -> PyResult<()> {
+        self.work(py, |this| this.update_all(&scene.scene))
     }
 
     /// Replaces all lights but those of a rig.
-    fn set_lights(&self, py: Python<'_>, lights: Vec<RawLight>) -> PyResult<()> {
-        let mut lights = lights.iter().map(RawLight::light).collect::<PyResult<Vec<Light>>>()?;
-        self.work(py, |state| {
-            let of_rig = |light: &&Light| state.added.is_some() && light.name.ends_with(" of the rig");
-            lights.extend(state.scene.lights.iter().filter(of_rig).cloned());
-            Arc::make_mut(&mut state.scene).lights = lights;
-            state.update()
-        })
+    fn set_lights(&mut self, py: Python<'_>, scene: &mut SceneData, lights: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+        let mut lights = lights.iter().map(light).collect::<PyResult<Vec<Light>>>()?;
+        let of_rig = |light: &&Light| self.added.is_some() && light.name.ends_with(" of the rig");
+        lights.extend(scene.scene.lights.iter().filter(of_rig).cloned());
+        scene.change().lights = lights;
+        self.send(py, scene)
     }
 
-    /// Changes properties of a material.
-    fn set_material(&self, py: Python<'_>, index: usize, changes: &Bound<'_, PyDict>) -> PyResult<()> {
-        let mut material = self.work(py, |state| Ok(state.scene.materials[index].clone()))?;
-        set_properties(&mut material, changes)?;
-        self.work(py, |state| {
-            Arc::make_mut(&mut state.scene).materials[index] = material.clone();
-            state.change(|renderer, uploaded| renderer.set_material(uploaded, index, &material))
-        })
-    }
-
-    /// Takes the scene as it is now, with the rig that was added.
-    fn update(&self, py: Python<'_>, scene: &SceneData) -> PyResult<()> {
-        let scene = Arc::clone(&scene.scene);
-        self.work(py, |state| {
-            scene.validate().map_err(RenderError::from)?;
-            (state.scene, state.near) = (Arc::clone(&scene), near_plane(&scene.bounds()));
-            if let Some((rig, camera)) = &state.added {
-                rig.add(Arc::make_mut(&mut state.scene), camera, 1.0);
+    /// Takes another scene, and adds the rig that was added.
+    fn update(&mut self, py: Python<'_>, scene: &mut SceneData) -> PyResult<()> {
+        self.work(py, |this| {
+            scene.scene.validate().map_err(render_failed)?;
+            this.near = near_plane(&scene.scene.bounds());
+            if let Some((rig, camera)) = &this.added {
+                rig.add(scene.change(), camera, 1.0);
             }
-            state.update()
+            this.update_all(&scene.scene)
         })
-    }
-
-    /// Moves the scene to a time of an animation.
-    fn set_time(&self, py: Python<'_>, animation: usize, time: f32) -> PyResult<()> {
-        self.work(py, |state| {
-            let count = state.scene.motion.animations.len();
-            if animation >= count {
-                return Err(RenderError::NoAnimation { number: animation, count }.into());
-            }
-            Arc::make_mut(&mut state.scene).pose(animation, time);
-            state.update()
-        })
-    }
-
-    /// The scene as it is, with what a rig added.
-    fn scene(&self, py: Python<'_>) -> PyResult<SceneData> {
-        self.work(py, |state| Ok(SceneData { scene: Arc::clone(&state.scene) }))
     }
 
     /// Exposure of display images, EV; none until the first image was metered.
     #[getter]
-    fn exposure(&self, py: Python<'_>) -> PyResult<Option<f32>> {
-        self.work(py, |state| match state.renderer.settings().image.exposure {
-            Exposure::Ev(ev) => Ok(Some(ev)),
-            Exposure::Auto => Ok(None),
-        })
+    fn exposure(&self) -> Option<f32> {
+        match self.renderer.settings().image.exposure {
+            Exposure::Ev(ev) => Some(ev),
+            Exposure::Auto => None,
+        }
     }
 
     #[setter]
-    fn set_exposure(&self, py: Python<'_>, value: &str) -> PyResult<()> {
+    fn set_exposure(&mut self, value: &str) -> PyResult<()> {
         let mut exposure = Exposure::Auto;
         exposure.read(value).map_err(|what| PyValueError::new_err(format!("exposure: {what}")))?;
-        self.work(py, |state| {
-            state.is_metered = exposure == Exposure::Auto;
-            Ok(state.renderer.set_exposure(exposure)?)
-        })
-    }
-
-    #[getter]
-    fn sent_bytes(&self, py: Python<'_>) -> PyResult<u64> {
-        self.work(py, |state| Ok(state.sent_bytes))
-    }
-
-    /// Frees what it holds.
-    fn close(&self, py: Python<'_>) -> PyResult<()> {
-        let _busy = Busy::new()?;
-        py.detach(|| drop(self.0.lock().unwrap_or_else(PoisonError::into_inner).take()));
-        Ok(())
+        self.is_metered = exposure == Exposure::Auto;
+        self.renderer.set_exposure(exposure).map_err(render_failed)
     }
 }

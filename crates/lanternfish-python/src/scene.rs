@@ -3,6 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use glam::{Vec2, Vec3, Vec4};
+use lanternfish::RenderError;
 use lanternfish_scene::{
     Camera, Environment, Image, Instance, LoadOptions, Material, Mesh, Primitive, Sampler, Scene, Setting as _,
     Texture, UpAxis, load_with,
@@ -12,38 +13,37 @@ use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 use crate::{
     check_process, load_failed, log,
-    raw::{RawCamera, RawLight, Rows, affine, rows, set_properties},
+    objects::{CameraObject, Rows, affine, camera_object, light, light_object, rows, set_properties},
+    render_failed,
 };
 
-/// A scene. Renderers share it until it changes.
+/// What a `Scene` of the package (`_scene.py`) has: it finds objects by name and checks numbers. Renderers share it
+/// until it changes.
 #[pyclass]
+#[derive(Default)]
 pub struct SceneData {
     pub scene: Arc<Scene>,
 }
 
-/// Rows of an array as vectors.
-fn vectors<const N: usize, V: From<[f32; N]>>(array: &PyReadonlyArray2<'_, f32>) -> PyResult<Vec<V>> {
-    let values = array.as_slice()?.as_chunks::<N>().0;
-    Ok(values.iter().map(|row| V::from(*row)).collect())
+/// The rows of an array of a `Mesh`; none if it has none of this name.
+fn vectors<const N: usize, V: From<[f32; N]>>(mesh: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<V>> {
+    let array = mesh.getattr(name)?.extract::<Option<PyReadonlyArray2<'_, f32>>>()?;
+    let Some(array) = array else { return Ok(Vec::new()) };
+    Ok(array.as_slice()?.as_chunks::<N>().0.iter().map(|row| V::from(*row)).collect())
 }
 
-fn optional<const N: usize, V: From<[f32; N]>>(array: Option<&PyReadonlyArray2<'_, f32>>) -> PyResult<Vec<V>> {
-    array.map_or(Ok(Vec::new()), vectors)
-}
-
-/// Unit normals, each that of the triangles around the vertex, weighted by their area.
+/// Normals, each that of the triangles around the vertex, weighted by their area.
 fn smooth_normals(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
-        let normal = (b - a).cross(c - a);
-        triangle.iter().for_each(|corner| normals[*corner as usize] += normal);
+        triangle.iter().for_each(|corner| normals[*corner as usize] += (b - a).cross(c - a));
     }
     normals
 }
 
 impl SceneData {
-    fn change(&mut self) -> &mut Scene {
+    pub fn change(&mut self) -> &mut Scene {
         Arc::make_mut(&mut self.scene)
     }
 }
@@ -52,7 +52,7 @@ impl SceneData {
 impl SceneData {
     #[new]
     fn new() -> Self {
-        Self { scene: Arc::default() }
+        Self::default()
     }
 
     #[staticmethod]
@@ -72,12 +72,12 @@ impl SceneData {
 
     /// Adds an image, RGBA, and returns its texture.
     fn add_texture(&mut self, pixels: PyReadonlyArray3<'_, u8>, name: String) -> PyResult<usize> {
-        let (rgba, height, width) = (pixels.as_slice()?.to_vec(), pixels.shape()[0], pixels.shape()[1]);
+        let (rgba, height, width) = (pixels.as_slice()?.to_vec(), pixels.shape()[0] as u32, pixels.shape()[1] as u32);
         let scene = self.change();
         if scene.samplers.is_empty() {
             scene.samplers.push(Sampler::default());
         }
-        scene.images.push(Image { name, width: width as u32, height: height as u32, rgba });
+        scene.images.push(Image { name, width, height, rgba });
         scene.textures.push(Texture { image: scene.images.len() - 1, sampler: 0 });
         Ok(scene.textures.len() - 1)
     }
@@ -90,37 +90,28 @@ impl SceneData {
         Ok(scene.materials.len() - 1)
     }
 
-    /// Adds a mesh of one material. Lists are as long as the positions; indices have been checked.
-    #[allow(clippy::too_many_arguments, reason = "they are the lists of a primitive")]
-    fn add_mesh(
-        &mut self,
-        positions: PyReadonlyArray2<'_, f32>,
-        faces: PyReadonlyArray2<'_, u32>,
-        normals: Option<PyReadonlyArray2<'_, f32>>,
-        uv: Option<PyReadonlyArray2<'_, f32>>,
-        colors: Option<PyReadonlyArray2<'_, f32>>,
-        material: usize,
-        is_smooth: bool,
-        name: String,
-    ) -> PyResult<usize> {
-        let positions: Vec<Vec3> = vectors::<3, _>(&positions)?;
+    /// Changes properties of a material.
+    fn set_material(&mut self, index: usize, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+        let mut material = self.scene.materials[index].clone();
+        set_properties(&mut material, changes)?;
+        self.change().materials[index] = material;
+        Ok(())
+    }
+
+    /// Adds a `Mesh` with a material of the scene.
+    fn add_mesh(&mut self, mesh: &Bound<'_, PyAny>, material: usize) -> PyResult<usize> {
+        let (positions, mut normals) = (vectors(mesh, "vertices")?, vectors(mesh, "normals")?);
+        let faces = mesh.getattr("faces")?.extract::<PyReadonlyArray2<'_, u32>>()?;
         let triangles = faces.as_slice()?.as_chunks::<3>().0;
-        let normals = match &normals {
-            Some(normals) => vectors::<3, Vec3>(normals)?,
-            None if is_smooth => smooth_normals(&positions, triangles),
-            None => Vec::new(),
-        };
-        let mut primitive = Primitive {
-            material,
-            positions,
-            normals,
-            uv0: optional::<2, Vec2>(uv.as_ref())?,
-            colors: optional::<4, Vec4>(colors.as_ref())?,
-            indices: triangles.as_flattened().to_vec(),
-            ..Primitive::default()
-        };
+        if normals.is_empty() && mesh.getattr("smooth")?.is_truthy()? {
+            normals = smooth_normals(&positions, triangles);
+        }
+        let (uv0, colors): (Vec<Vec2>, Vec<Vec4>) = (vectors(mesh, "uv")?, vectors(mesh, "colors")?);
+        let indices = triangles.as_flattened().to_vec();
+        let mut primitive = Primitive { material, positions, normals, uv0, colors, indices, ..Primitive::default() };
         let uv_set = self.scene.materials.get(material).and_then(Material::tangent_uv_set);
         primitive.complete(uv_set).map_err(load_failed)?;
+        let name = mesh.getattr("name")?.extract()?;
         let scene = self.change();
         scene.meshes.push(Mesh { name, primitives: vec![primitive] });
         Ok(scene.meshes.len() - 1)
@@ -135,11 +126,24 @@ impl SceneData {
         scene.instances.len()
     }
 
+    /// Names of the instances.
+    #[getter]
+    fn names(&self) -> Vec<&str> {
+        self.scene.instances.iter().map(|instance| instance.name.as_str()).collect()
+    }
+
+    /// Their semantic classes.
+    #[getter]
+    fn classes(&self) -> Vec<u32> {
+        let given = self.scene.semantics.iter().copied();
+        given.chain(std::iter::repeat(0)).take(self.scene.instances.len()).collect()
+    }
+
     fn pose(&self, id: usize) -> Rows {
         rows(&self.scene.instances[id - 1].world_from_object)
     }
 
-    fn set_pose(&mut self, id: usize, pose: Rows) {
+    pub fn set_pose(&mut self, id: usize, pose: Rows) {
         self.change().instances[id - 1].world_from_object = affine(&pose);
     }
 
@@ -149,37 +153,50 @@ impl SceneData {
         scene.semantics[id - 1] = class;
     }
 
-    fn set_lights(&mut self, lights: Vec<RawLight>) -> PyResult<()> {
-        self.change().lights = lights.iter().map(RawLight::light).collect::<PyResult<_>>()?;
+    #[getter]
+    fn lights<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        self.scene.lights.iter().map(|light| light_object(py, light)).collect()
+    }
+
+    #[setter]
+    fn set_lights(&mut self, lights: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+        self.change().lights = lights.iter().map(light).collect::<PyResult<_>>()?;
         Ok(())
     }
 
-    fn lights(&self) -> Vec<RawLight> {
-        self.scene.lights.iter().map(RawLight::of).collect()
+    #[getter]
+    fn light_names(&self) -> Vec<&str> {
+        self.scene.lights.iter().map(|light| light.name.as_str()).collect()
     }
 
-    fn add_light(&mut self, light: RawLight) -> PyResult<usize> {
-        let light = light.light()?;
+    fn set_light(&mut self, index: usize, object: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.change().lights[index] = light(object)?;
+        Ok(())
+    }
+
+    fn add_light(&mut self, object: &Bound<'_, PyAny>) -> PyResult<usize> {
+        let light = light(object)?;
         let scene = self.change();
         scene.lights.push(light);
         Ok(scene.lights.len() - 1)
     }
 
-    fn add_camera(&mut self, camera: RawCamera, near: f32) -> usize {
+    #[getter]
+    fn cameras<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        self.scene.cameras.iter().map(|camera| camera_object(py, camera)).collect()
+    }
+
+    fn add_camera(&mut self, object: CameraObject) -> usize {
         let scene = self.change();
-        scene.cameras.push(camera.camera(near));
+        scene.cameras.push(object.camera(0.01));
         scene.cameras.len() - 1
     }
 
-    fn cameras(&self) -> Vec<RawCamera> {
-        self.scene.cameras.iter().map(RawCamera::of).collect()
-    }
-
     /// The first camera, or one that frames the scene, as the command line does.
-    fn default_camera(&self, py: Python<'_>, aspect: f32) -> RawCamera {
-        let scene = &self.scene;
-        let first = || scene.cameras.first().cloned();
-        RawCamera::of(&py.detach(|| first().unwrap_or_else(|| Camera::overview(scene, None, aspect).0)))
+    fn default_camera<'py>(&self, py: Python<'py>, aspect: f32) -> PyResult<Bound<'py, PyAny>> {
+        let first = self.scene.cameras.first().cloned();
+        let framing = || Camera::overview(&self.scene, None, aspect).0;
+        camera_object(py, &py.detach(|| first.unwrap_or_else(framing)))
     }
 
     fn set_sky(&mut self, color: [f32; 3]) {
@@ -187,7 +204,7 @@ impl SceneData {
         (scene.sky, scene.environment) = (Vec3::from(color), None);
     }
 
-    /// Reads an environment; its sun becomes a light.
+    /// Reads an environment; its sun becomes a light. `rotation`: radians.
     fn load_environment(&mut self, py: Python<'_>, path: PathBuf, rotation: f32, scale: f32) -> PyResult<()> {
         let mut environment = py.detach(|| Environment::load(&path)).map_err(load_failed)?;
         environment.rotation = rotation;
@@ -200,28 +217,29 @@ impl SceneData {
         Ok(())
     }
 
-    /// Name and semantic class of each instance.
-    fn instances(&self) -> Vec<(String, u32)> {
-        let classes = self.scene.semantics.iter().copied().chain(std::iter::repeat(0));
-        self.scene.instances.iter().map(|instance| instance.name.clone()).zip(classes).collect()
-    }
-
-    fn materials(&self) -> Vec<String> {
-        self.scene.materials.iter().map(|material| material.name.clone()).collect()
+    #[getter]
+    fn materials(&self) -> Vec<&str> {
+        self.scene.materials.iter().map(|material| material.name.as_str()).collect()
     }
 
     /// Name and duration, s, of each animation.
-    fn animations(&self) -> Vec<(String, f32)> {
-        self.scene.motion.animations.iter().map(|animation| (animation.name.clone(), animation.duration())).collect()
+    #[getter]
+    fn animations(&self) -> Vec<(&str, f32)> {
+        self.scene.motion.animations.iter().map(|animation| (animation.name.as_str(), animation.duration())).collect()
     }
 
     /// Moves the scene to a time of an animation.
-    fn set_time(&mut self, py: Python<'_>, animation: usize, time: f32) {
-        let scene = self.change();
-        py.detach(|| scene.pose(animation, time));
+    fn set_time(&mut self, py: Python<'_>, number: usize, time: f32) -> PyResult<()> {
+        let count = self.scene.motion.animations.len();
+        if number >= count {
+            return Err(render_failed(RenderError::NoAnimation { number, count }));
+        }
+        py.detach(|| self.change().pose(number, time));
+        Ok(())
     }
 
     /// Least and greatest corner; none without geometry.
+    #[getter]
     fn bounds(&self) -> Option<[[f32; 3]; 2]> {
         let bounds = self.scene.bounds();
         (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()])

@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use lanternfish::{Settings, settings::Preset};
 use lanternfish_scene::{Camera, Scene, Setting as _, nearest, rig};
-use pyo3::{exceptions::PyValueError, prelude::*};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{IntoPyDict as _, PyDict},
+};
 
 use crate::log;
 
@@ -39,17 +43,18 @@ pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<S
     Ok(settings)
 }
 
-/// Name, valid values and meaning of every setting.
+/// Every setting of a `Renderer`: its names of values, if it has such, and its meaning.
 #[pyfunction]
-pub fn settings() -> Vec<(String, Vec<&'static str>, &'static str)> {
+pub fn settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let entry = |parameter: lanternfish::settings::AnyParameter| {
-        let names = parameter.names.iter().map(|(name, _)| *name).collect();
-        (parameter.info.name.replace('-', "_"), names, parameter.info.help)
+        let names: Vec<_> = parameter.names.iter().map(|(name, _)| *name).collect();
+        (parameter.info.name.replace('-', "_"), (names, parameter.info.help))
     };
-    Settings::parameters().into_iter().map(entry).collect()
+    Settings::parameters().into_iter().map(entry).into_py_dict(py)
 }
 
-/// Adds the light rig of this name; of `auto`, if nothing lights the scene. Returns it, and the exposure at which it shows white as white.
+/// Adds the light rig of this name; of `auto`, if nothing lights the scene. Returns it, and the exposure at which it
+/// shows white as white.
 pub fn add_rig(
     scene: &mut Arc<Scene>,
     camera: &Camera,

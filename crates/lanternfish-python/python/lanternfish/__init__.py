@@ -10,20 +10,13 @@ Units: metres, degrees, candela, lux, nits; colours are linear Rec. 709 unless s
 Notes go to `logging.getLogger("lanternfish")`. Exceptions: `ValueError` for what a caller passed, `Error` for the rest.
 """
 
-
-from . import _lanternfish
-from ._camera import Camera
 from ._image import Images, png, write_png
-from ._lanternfish import OUTPUTS, Error, NoAdapter, __version__
-from ._objects import DirectionalLight, DiskLight, Light, Material, Mesh, PointLight, RectangleLight, SpotLight
+from ._lanternfish import OUTPUTS, Error, NoAdapter, __version__, settings
+from ._objects import (
+    Camera, DirectionalLight, DiskLight, Light, Material, Mesh, PointLight, RectangleLight, SpotLight,
+)
 from ._renderer import Renderer, compare, reference
 from ._scene import Scene, load
-
-
-def settings() -> dict[str, tuple[list[str], str]]:
-    """Every setting of a `Renderer`: its names of values, if it has such, and its meaning."""
-    return {name: (names, help) for name, names, help in _lanternfish.settings()}
-
 
 __all__ = [
     "Camera", "DirectionalLight", "DiskLight", "Error", "Images", "Light", "Material", "Mesh", "NoAdapter", "OUTPUTS",

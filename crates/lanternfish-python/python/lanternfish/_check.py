@@ -47,12 +47,22 @@ def color(value: Any, what: str, count: int = 3) -> list[float]:
     return vector(given, what, count)
 
 
-def pose(value: Any, what: str = "pose") -> list[list[float]]:
+def pose(value: Any, what: str = "pose") -> np.ndarray:
     """A 4 x 4 matrix that maps to the world, row by row; None: the identity."""
     matrix = np.eye(4, dtype=np.float32) if value is None else array(value, (4, 4), what)
     if not np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-6):
         raise ValueError(f"{what}: the last row is {matrix[3]}: 0, 0, 0, 1 is meant (is the matrix transposed?)")
-    return matrix.tolist()
+    return matrix
+
+
+def size(value: Any) -> tuple[int, int]:
+    """Width and height, pixels."""
+    if value is None:
+        raise ValueError("size: width and height in pixels are meant, e.g. (640, 480)")
+    width, height = array(value, (2,), "size", np.int64).tolist()
+    if not (0 < width < 2**31 and 0 < height < 2**31):
+        raise ValueError(f"size: {width} x {height}: width and height above 0 are meant, pixels")
+    return width, height
 
 
 def linear(srgb: np.ndarray) -> np.ndarray:

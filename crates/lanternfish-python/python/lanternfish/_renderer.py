@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import Any, Callable, Sequence
+import contextlib
+import threading
+from typing import Any, Callable, Iterator, Sequence
 
 import numpy as np
 
 from . import _check, _driver, _lanternfish
-from ._camera import Camera, _size
 from ._image import Images
-from ._objects import Light, _factors
+from ._objects import Camera, Light, _factors
 from ._scene import Scene, _found
 
 Progress = Callable[[int, int], Any]
+# What a thread works with: it would wait for itself.
+_thread = threading.local()
 
 
 def _texts(settings: dict[str, Any]) -> list[tuple[str, str]]:
@@ -44,11 +46,22 @@ class Renderer:
     ) -> None:
         device = _driver.device(adapter)
         self._data = _lanternfish.RendererData(device, scene._data, quality, light_rig, _texts(settings))
-        self.adapter = device.name
-        self._name(scene)
+        self._scene, self._lock, self.adapter = Scene(scene._data.copy()), threading.Lock(), device.name
 
-    def _name(self, scene: Scene) -> None:
-        self._names, self._material_names = list(scene.names.values()), list(scene.material_names.values())
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[tuple[Any, Any]]:
+        """What renders, and its scene, while no other thread has them."""
+        _lanternfish.check_process()
+        if getattr(_thread, "is_busy", False):
+            raise _lanternfish.Error("a renderer is used within its own progress: let the call return first")
+        with self._lock:
+            if self._data is None:
+                raise _lanternfish.Error("the renderer is closed: make another one")
+            _thread.is_busy = True
+            try:
+                yield self._data, self._scene._data
+            finally:
+                _thread.is_busy = False
 
     def render(
         self, cameras: Camera | Sequence[Camera] | None = None, size: tuple[int, int] | None = None,
@@ -78,15 +91,17 @@ class Renderer:
         sizes = {camera.size for camera in given if camera.size is not None}
         if size is None and len(sizes) > 1:
             raise ValueError(f"the cameras are for images of {sorted(sizes)}: render those of one size, or name a size")
-        size = _size(size or next(iter(sizes), (640, 480)))
-        given = given or [Camera._of(self._data.scene().default_camera(size[0] / size[1]))]
+        size = _check.size(size or next(iter(sizes), (640, 480)))
         names = [outputs] if isinstance(outputs, str) else list(outputs)
-        arrays = self._data.render([camera._raw() for camera in given], size, names, towards, progress)
-        return Images({name: array[0] if is_single else array for name, array in arrays.items()})
+        with self._alone() as (data, scene):
+            given = given or [scene.default_camera(size[0] / size[1])]
+            images = data.render(scene, given, size, names, towards, progress)
+        return Images(images[0] if is_single else {name: np.stack([image[name] for image in images]) for name in names})
 
     def moment(self, camera: Camera) -> _lanternfish.Moment:
         """The scene as it is now, seen by a camera: what the output `motion` leads to, before or after it."""
-        return self._data.moment(camera._raw())
+        with self._alone() as (data, scene):
+            return data.moment(scene, camera)
 
     def set_pose(self, which: int | str, pose: Any) -> None:
         """Moves an instance, by name or id: 4 x 4, world from object. Only the matrix is uploaded, at the next image.
@@ -95,36 +110,47 @@ class Renderer:
 
     def set_poses(self, poses: dict[Any, Any]) -> None:
         """Moves instances, by name or id."""
-        ids = [_found(which, self._names, 1, "instance") + 1 for which in poses]
-        self._data.set_poses(list(zip(ids, map(_check.pose, poses.values()))))
+        with self._alone() as (data, scene):
+            ids = map(self._scene._instance, poses)
+            data.set_poses(scene, list(zip(ids, map(_check.pose, poses.values()))))
 
     def set_light(self, which: int | str, light: Light) -> None:
         """Replaces a light, by name or index."""
-        index = _found(which, [raw["name"] for raw in self._data.scene().lights()], 0, "light")
-        self._data.set_light(index, asdict(light))
+        with self._alone() as (data, scene):
+            index = _found(which, scene.light_names, 0, "light")
+            scene.set_light(index, light)
+            data.send_light(scene, index)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Replaces all lights. A rig that was added stays: `light_rig="none"` renders with these alone."""
-        self._data.set_lights([asdict(light) for light in lights])
+        with self._alone() as (data, scene):
+            data.set_lights(scene, list(lights))
 
     def set_material(self, which: int | str, **properties: Any) -> None:
         """Changes properties of a material, by name or number from 1 on: the fields of `Material` but its textures."""
-        index = _found(which, self._material_names, 1, "material")
-        self._data.set_material(index, _factors(properties))
+        with self._alone() as (data, scene):
+            index = _found(which, scene.materials, 1, "material")
+            scene.set_material(index, _factors(properties))
+            data.send_material(scene, index)
 
     def update(self, scene: Scene) -> None:
         """Takes a changed scene. Uploads what differs."""
-        self._data.update(scene._data)
-        self._name(scene)
+        with self._alone() as (data, _):
+            changed = Scene(scene._data.copy())
+            data.update(changed._data)
+            self._scene = changed
 
     def set_time(self, time: float, animation: int = 0) -> None:
         """Moves the scene to a time of an animation, s. `cameras` are then those of that time."""
-        self._data.set_time(int(_check.array(animation, (), "animation", np.uint32)), _check.number(time, "time"))
+        with self._alone() as (data, scene):
+            scene.set_time(int(_check.array(animation, (), "animation", np.uint32)), _check.number(time, "time"))
+            data.send(scene)
 
     @property
     def cameras(self) -> list[Camera]:
         """The scene's cameras."""
-        return [Camera._of(raw) for raw in self._data.scene().cameras()]
+        with self._alone() as (_, scene):
+            return scene.cameras
 
     @property
     def exposure(self) -> float | None:
@@ -132,20 +158,25 @@ class Renderer:
 
         Set a number, or "auto" to meter the next image.
         """
-        return self._data.exposure
+        with self._alone() as (data, _):
+            return data.exposure
 
     @exposure.setter
     def exposure(self, value: float | str) -> None:
-        self._data.exposure = str(value)
+        with self._alone() as (data, _):
+            data.exposure = str(value)
 
     @property
     def sent_bytes(self) -> int:
         """Bytes that the last moves sent to the device."""
-        return self._data.sent_bytes
+        with self._alone() as (data, _):
+            return data.sent_bytes
 
     def close(self) -> None:
         """Frees what the renderer holds. It cannot be used afterwards."""
-        self._data.close()
+        if self._data is not None:
+            with self._alone():
+                self._data = None
 
     def __enter__(self) -> "Renderer":
         return self
@@ -163,14 +194,13 @@ def reference(
     Arrays: `radiance` (nits, unbiased), and at pixels' centres `instance`, `material` and `distance` as of
     `Renderer.render`. `settings`: those of materials, attenuation and size of lights (`light_radius`, `sun_diameter`).
     """
-    size = _size(size or (camera.size if camera else None) or (640, 480))
+    size = _check.size(size or (camera.size if camera else None) or (640, 480))
     camera = camera or scene.default_camera(size)
     numbers = _check.array([spp, seed, max_depth], (3,), "spp, seed, max_depth", np.uint32).tolist()
     if 0 in numbers[::2]:
         raise ValueError(f"spp is {spp} and max_depth {max_depth}: at least 1 sample and a depth of 1 are meant")
-    traced = _lanternfish.reference(
-        scene._data, camera._raw(), size, *numbers, light_rig, _texts(settings), progress)
-    return Images(traced)
+    return Images(_lanternfish.reference(
+        scene._data, camera, size, *numbers, light_rig, _texts(settings), progress))
 
 
 def compare(image: Any, reference: Any) -> dict[str, float]:

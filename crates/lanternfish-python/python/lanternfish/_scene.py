@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import os
-from dataclasses import asdict
-from typing import Any
+from dataclasses import replace
+from typing import Any, Callable
 
 import numpy as np
 
 from . import _check, _lanternfish
-from ._camera import Camera, _size
-from ._objects import _TEXTURES, Light, _factors, Material, Mesh
+from ._objects import _TEXTURES, Camera, Light, _factors, Material, Mesh
 
 Path = str | os.PathLike[str]
 
@@ -43,9 +43,8 @@ class Scene:
 
     def __init__(self, _data: _lanternfish.SceneData | None = None) -> None:
         self._data = _data or _lanternfish.SceneData()
-        self._meshes: dict[int, tuple[Mesh, int]] = {}
-        self._materials: dict[int, tuple[Material, int]] = {}
-        self._textures: dict[int, tuple[np.ndarray, int]] = {}
+        self._names: list[str] = self._data.names
+        self._added: dict[int, tuple[Any, int]] = {}
 
     @classmethod
     def from_trimesh(cls, mesh: Any, smooth: bool = True) -> "Scene":
@@ -64,62 +63,54 @@ class Scene:
         class in the output `semantic`.
         """
         if isinstance(what, Mesh):
-            mesh, name = self._mesh(what), what.name if name is None else name
-            return self._data.add_instance(mesh, _check.pose(pose), name, _class(semantic))
+            mesh, name = self._index(what, self._mesh), what.name if name is None else name
+            id = self._data.add_instance(mesh, _check.pose(pose), name, _class(semantic))
+            self._names.append(name)
+            return id
         if pose is not None or semantic:
             raise ValueError("pose and semantic are of meshes: a light or a camera has its own place")
-        if isinstance(what, Light):
-            raw = asdict(what) | ({} if name is None else {"name": name})
-            return self._data.add_light(raw)
-        if isinstance(what, Camera):
-            raw = what._raw() | ({} if name is None else {"name": name})
-            return self._data.add_camera(raw, 0.01)
-        raise ValueError(f"a Mesh, a light or a Camera is meant, not {type(what).__name__}")
+        if not isinstance(what, (Light, Camera)):
+            raise ValueError(f"a Mesh, a light or a Camera is meant, not {type(what).__name__}")
+        named = what if name is None else replace(what, name=name)
+        return self._data.add_light(named) if isinstance(what, Light) else self._data.add_camera(named)
+
+    def _index(self, what: Any, add: Callable[[Any], int]) -> int:
+        """The index of a mesh, material or texture. What was added is kept, so that nothing else has its id()."""
+        if id(what) not in self._added:
+            self._added[id(what)] = (what, add(what))
+        return self._added[id(what)][1]
 
     def _mesh(self, mesh: Mesh) -> int:
-        # The mesh is kept, so that no other has its id().
-        if id(mesh) not in self._meshes:
-            material = self._material(mesh.material)
-            index = self._data.add_mesh(
-                mesh.vertices, mesh.faces, mesh.normals, mesh.uv, mesh.colors, material, mesh.smooth, mesh.name)
-            self._meshes[id(mesh)] = (mesh, index)
-        return self._meshes[id(mesh)][1]
+        return self._data.add_mesh(mesh, self._index(mesh.material, self._material))
 
     def _material(self, material: Material) -> int:
-        if id(material) not in self._materials:
-            textures: dict[str, int | None] = {}
-            for slot in _TEXTURES:
-                pixels = getattr(material, slot)
-                if pixels is not None and id(pixels) not in self._textures:
-                    self._textures[id(pixels)] = (pixels, self._data.add_texture(pixels, slot))
-                textures[slot] = None if pixels is None else self._textures[id(pixels)][1]
-            index = self._data.add_material(_factors(material) | textures)
-            self._materials[id(material)] = (material, index)
-        return self._materials[id(material)][1]
+        textures = {name: self._index(pixels, lambda pixels: self._data.add_texture(pixels, name))
+                    for name in _TEXTURES if (pixels := getattr(material, name)) is not None}
+        return self._data.add_material(_factors(material) | textures)
 
     def copy(self) -> "Scene":
         """A copy that may change by itself."""
         copy = Scene(self._data.copy())
-        copy._meshes, copy._materials, copy._textures = dict(self._meshes), dict(self._materials), dict(self._textures)
+        copy._added = dict(self._added)
         return copy
 
     @property
     def names(self) -> dict[int, str]:
         """Names of the instances by id."""
-        return {index + 1: name for index, (name, _) in enumerate(self._data.instances())}
+        return dict(enumerate(self._names, 1))
 
     @property
     def classes(self) -> dict[int, int]:
         """Semantic classes of the instances by id; 0: none."""
-        return {index + 1: semantic for index, (_, semantic) in enumerate(self._data.instances())}
+        return dict(enumerate(self._data.classes, 1))
 
     @property
     def material_names(self) -> dict[int, str]:
         """Names of the materials by their numbers in the output `material`, from 1 on."""
-        return {index + 1: name for index, name in enumerate(self._data.materials())}
+        return dict(enumerate(self._data.materials, 1))
 
     def _instance(self, which: int | str) -> int:
-        return _found(which, [name for name, _ in self._data.instances()], 1, "instance") + 1
+        return _found(which, self._names, 1, "instance") + 1
 
     def pose(self, which: int | str) -> np.ndarray:
         """World from object of an instance, by name or id."""
@@ -136,21 +127,21 @@ class Scene:
     @property
     def lights(self) -> list[Light]:
         """The lights, as copies."""
-        return [Light(**raw) for raw in self._data.lights()]
+        return self._data.lights
 
     @lights.setter
     def lights(self, lights: list[Light]) -> None:
-        self._data.set_lights([asdict(light) for light in lights])
+        self._data.lights = list(lights)
 
     @property
     def cameras(self) -> list[Camera]:
         """The cameras, as copies."""
-        return [Camera._of(raw) for raw in self._data.cameras()]
+        return self._data.cameras
 
     def default_camera(self, size: tuple[int, int] = (640, 480)) -> Camera:
         """The first camera; without one, a camera that frames the scene in an image of this size."""
-        width, height = _size(size)
-        return Camera._of(self._data.default_camera(width / height))
+        width, height = _check.size(size)
+        return self._data.default_camera(width / height)
 
     def set_sky(self, color: Any) -> None:
         """Radiance from everywhere, nits: light and background."""
@@ -159,12 +150,12 @@ class Scene:
     def set_environment(self, path: Path, rotation: float = 0.0, scale: float = 1.0) -> None:
         """Light and background from an equirectangular image (.hdr or .exr). `rotation` about +y, degrees."""
         rotation, scale = _check.number(rotation, "rotation"), _check.number(scale, "scale")
-        self._data.load_environment(os.fspath(path), float(np.radians(rotation)), scale)
+        self._data.load_environment(path, math.radians(rotation), scale)
 
     @property
     def animations(self) -> list[tuple[str, float]]:
         """Name and duration, s, of each animation."""
-        return self._data.animations()
+        return self._data.animations
 
     def set_time(self, time: float, animation: int = 0) -> None:
         """Moves the scene to a time of an animation, s: instances, skins, lights and cameras."""
@@ -174,7 +165,7 @@ class Scene:
     @property
     def bounds(self) -> np.ndarray | None:
         """Least and greatest corner, 2 x 3, m; None without geometry."""
-        bounds = self._data.bounds()
+        bounds = self._data.bounds
         return None if bounds is None else np.array(bounds)
 
     def _repr_png_(self) -> bytes | None:
@@ -190,4 +181,4 @@ def load(path: Path, *, up: str = "y", scene: str | None = None, variant: str | 
     `up`: the file's axis that points up, "y" or "z". `scene`: name or index of one of its scenes. `variant`: of its
     materials' variants.
     """
-    return Scene(_lanternfish.SceneData.load(os.fspath(path), up, scene, variant))
+    return Scene(_lanternfish.SceneData.load(path, up, scene, variant))
