@@ -1,10 +1,12 @@
 //! Records the commands of a frame, and times each dispatch and render pass under its label.
 
+mod across_frames;
 mod commands;
 mod profiler;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+pub use self::across_frames::AcrossFrames;
 use self::commands::{Commands, Slices};
 pub use self::profiler::{PassCommands, PassProgress, PassTime, PassWatcher, Profiler};
 use crate::{
@@ -121,6 +123,12 @@ impl<'a> Frame<'a> {
     #[doc(hidden)]
     pub fn number(&self) -> u64 {
         self.number
+    }
+
+    /// Index of the frame among those of its pool, from 1.
+    #[doc(hidden)]
+    pub fn index(&self) -> u64 {
+        self.pool.frame
     }
 
     /// A storage buffer of at least `bytes` with undefined content, which must be written before it is read. It may be longer than

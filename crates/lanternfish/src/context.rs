@@ -6,10 +6,10 @@ use glam::Quat;
 
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
-    prepass::{Surface, ViewKey},
+    prepass::Surface,
     rays::{Structure, TracedStructure},
     request::{Target, ViewRequest},
-    view::{View, ViewBuffer},
+    view::{View, ViewBuffer, ViewKey},
 };
 
 /// The inputs of a frame.

@@ -123,39 +123,6 @@ impl Shaded {
 }
 
 impl Passes {
-    /// Resets all state that passes store between frames, because the last frame was not submitted or the device rejected it.
-    pub fn forget(&mut self) {
-        for (_, structure) in &mut self.structures {
-            structure.forget();
-        }
-        if let Some(occlusion) = &mut self.occlusion {
-            occlusion.forget();
-        }
-        if let Some(indirect) = &mut self.indirect {
-            indirect.forget();
-        }
-        if let Some(fractions) = &mut self.visibility_ratios {
-            fractions.forget();
-        }
-        if let Some(direct) = &mut self.direct {
-            direct.forget();
-        }
-        self.light_culling.forget();
-        self.forget_shown();
-        self.progressive.forget();
-        if let Some(antialiasing) = &mut self.antialiasing {
-            antialiasing.forget();
-        }
-        self.present.forget();
-    }
-
-    /// Resets the previous views: the next frame has no predecessor.
-    pub fn forget_shown(&mut self) {
-        if let Some(shown) = &mut self.shown {
-            shown.forget();
-        }
-    }
-
     /// Records a frame of views of one scene.
     pub fn record(
         &mut self,
@@ -164,9 +131,6 @@ impl Passes {
     ) -> Result<Vec<FrameResult>, RenderError> {
         if context.views.is_empty() {
             return Ok(Vec::new());
-        }
-        if let Some(shown) = &mut self.shown {
-            shown.begin();
         }
         // The prepass of every view, then light culling: views may share its work.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
@@ -224,7 +188,7 @@ impl Passes {
         if let Some(antialiasing) = &mut self.antialiasing {
             // The frames of a mean are antialiased by it, and leave no history.
             if context.is_averaged {
-                antialiasing.forget();
+                antialiasing.reset();
             }
             let smoothed = |slot: &usize| !context.is_averaged && !context.is_demodulated(*slot);
             for slot in (0..views.len()).filter(smoothed) {
@@ -241,7 +205,6 @@ impl Passes {
         if self.debug_views.is_none() && !renderings.is_empty() {
             self.output.meter(frame, &renderings, context.scene.light_unit())?;
         }
-        self.present.begin();
         let mut finished = Vec::with_capacity(views.len());
         for (slot, (view, shaded)) in views.iter().zip(results).enumerate() {
             let display = self.finish(frame, view, &shaded, context.target(slot))?;

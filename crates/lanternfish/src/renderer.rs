@@ -243,7 +243,7 @@ impl Renderer {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         discarded(&self.device, &self.queue, &mut self.profiler, pool);
         pool.empty(&self.device);
-        self.passes.forget();
+        self.passes.progressive.reset();
         self.flight.forget();
     }
 
@@ -266,7 +266,7 @@ impl Renderer {
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
         // State of an incomplete frame is not valid for frames with blocking readback, and the number of frames in a mean is counted on the
         // device for one policy and on the host for the other.
-        self.passes.forget();
+        self.passes.progressive.reset();
         Ok(self.engine.within(|| pool.set_growth(&self.device, growth))?)
     }
 

@@ -35,7 +35,10 @@ pub struct Pool {
     pub(crate) bind_groups: BindGroups,
     pub(crate) capacity_policy: CapacityPolicy,
     pub(crate) memory: HostMemory,
-    frame: u64,
+    /// Number of frames so far.
+    pub(crate) frame: u64,
+    /// See [`crate::AcrossFrames`].
+    pub(crate) epoch: u64,
     pub(crate) waits: u64,
 }
 
@@ -50,6 +53,7 @@ impl Pool {
             capacity_policy: CapacityPolicy::default(),
             memory: HostMemory::new(device),
             frame: 0,
+            epoch: 0,
             waits: 0,
         }
     }
@@ -64,8 +68,10 @@ impl Pool {
         self.capacity_policy.capacities()
     }
 
-    /// Sets when the capacity of lists grows, from the next frame on. The default is [`Growth::Blocking`].
+    /// Sets when the capacity of lists grows, from the next frame on, and discards what earlier frames left for later ones
+    /// ([`crate::AcrossFrames`]). The default is [`Growth::Blocking`].
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
+        self.epoch += 1;
         self.capacity_policy.set_growth(device, growth)
     }
 
@@ -98,11 +104,13 @@ impl Pool {
 
     /// Drops all cached bind groups. They keep their resources alive, for example those of a dropped scene.
     pub fn forget_bind_groups(&mut self) {
-        self.bind_groups.forget();
+        self.bind_groups.all.clear();
     }
 
     /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the device rejected.
+    /// Discards what earlier frames left for later ones, too ([`crate::AcrossFrames`]).
     pub fn empty(&mut self, device: &wgpu::Device) {
+        self.epoch += 1;
         self.buffers = Buffers::new(device);
         self.textures = Textures::default();
         self.uniforms = Uniforms::new(device);

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashMap;
-
 use glam::Vec2;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct};
 
@@ -12,10 +10,9 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     output::cover,
-    prepass::{KEPT_FRAMES, ViewKey},
     shaders::{Root, Shaders},
     texture::{PingPong, RADIANCE_FORMAT, Radiance, target},
-    view::{View, jitter_of_frame},
+    view::{PerView, View, jitter_of_frame},
 };
 
 /// The shaders of this folder.
@@ -58,14 +55,13 @@ pub struct TemporalAntialiasing {
     /// Compiled for the first frame with deferred readback.
     later: Option<RasterPipeline>,
     sampler: wgpu::Sampler,
-    views: HashMap<ViewKey, Kept>,
+    histories: PerView<ViewHistory>,
 }
 
 /// The history of a view.
 #[derive(Debug)]
-struct Kept {
+struct ViewHistory {
     radiance: PingPong,
-    last_frame: u64,
     /// Number of frames in it, with the last one.
     frames: u32,
 }
@@ -93,12 +89,12 @@ impl TemporalAntialiasing {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        Ok(Self { pipeline: pipeline(device, &[])?, later: None, sampler, views: HashMap::new() })
+        Ok(Self { pipeline: pipeline(device, &[])?, later: None, sampler, histories: PerView::default() })
     }
 
     /// Discards the history of all views.
-    pub fn forget(&mut self) {
-        self.views.clear();
+    pub fn reset(&mut self) {
+        self.histories.clear();
     }
 
     /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits; alpha is the coverage of
@@ -110,11 +106,9 @@ impl TemporalAntialiasing {
         radiance: &Radiance,
     ) -> Result<wgpu::TextureView, RenderError> {
         let Some(motion) = &middle.motion else { unreachable!("the settings request motion") };
-        let number = frame.number();
-        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = view.size;
         let new = |device: &wgpu::Device| target(device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
-        let last = self.views.remove(key);
+        let last = self.histories.take(frame, *key);
         // The history of a view that is new or shows another scene is of other surfaces.
         let frames = last.as_ref().filter(|_| motion.before.is_some()).map_or(0, |last| last.frames);
         // After a single change of light alone, clipping would leave bright edges of the former light.
@@ -124,8 +118,8 @@ impl TemporalAntialiasing {
         let counted = if is_relit { 0 } else { frames };
         let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
         let radiances = PingPong::next(last.map(|last| last.radiance), frame, size, (LABEL, bytes), new)?;
-        let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: counted.saturating_add(1) };
-        self.views.insert(*key, kept);
+        let history = ViewHistory { radiance: radiances.clone(), frames: counted.saturating_add(1) };
+        self.histories.leave(frame, *key, history);
         let parameters = frame.uniform(&AntialiasingParameters {
             jitter: jitter_of(view, view.random_index),
             weight: (1.0 / (counted as f32 + 1.0)).max(LEAST_WEIGHT),

@@ -241,7 +241,8 @@ impl GpuScene {
     /// Notes that the device has reported an error: the next update uploads the complete scene.
     pub(crate) fn distrust(&mut self) {
         self.placed.is_distrusted = true;
-        self.placed.forget();
+        self.placed.is_unsure = true;
+        self.placed.moved();
     }
 
     fn replace_environment(

@@ -175,9 +175,6 @@ impl Indirect {
 
 /// The passes of a technique.
 pub trait IndirectPasses: Send + fmt::Debug {
-    /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
-    fn forget(&mut self) {}
-
     /// Records the passes that compute the indirect light of a view's surface, one sample per pixel.
     fn record(
         &mut self,

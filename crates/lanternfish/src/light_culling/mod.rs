@@ -103,9 +103,6 @@ pub trait LightCullingPasses: Send + Any + fmt::Debug {
         reach: Reach,
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError>;
-
-    /// Discards what is kept from frame to frame: the last frame was not submitted.
-    fn forget(&mut self) {}
 }
 
 /// The shaders of this folder, without those of its techniques.
@@ -194,13 +191,6 @@ impl LightCulling {
         match &mut self.passes {
             None => views.iter().map(|_| all::record(frame, lights)).collect(),
             Some(passes) => passes.record(frame, views, reach, lights),
-        }
-    }
-
-    /// Discards what is kept from frame to frame: the last frame was not submitted.
-    pub fn forget(&mut self) {
-        if let Some(passes) = &mut self.passes {
-            passes.forget();
         }
     }
 

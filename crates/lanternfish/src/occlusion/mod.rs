@@ -100,9 +100,6 @@ pub trait OcclusionPasses: Send + fmt::Debug {
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
-
-    /// Discards state kept between frames, after a frame that was not submitted.
-    fn forget(&mut self) {}
 }
 
 /// Ambient visibility of each pixel's opaque surface.

@@ -21,7 +21,7 @@ use self::motion::MOTION_FORMAT;
 pub use self::motion::{Motion, ViewMotion};
 pub(crate) use self::{
     given::GivenSurfaces,
-    motion::{Before, FrameBefore, KEPT_FRAMES, MOTION, ShownViews, ViewKey},
+    motion::{Before, FrameBefore, MOTION, ShownViews},
 };
 
 /// Format of depth; the float precision suits reverse-Z.

@@ -1,7 +1,5 @@
 //! The previous frame, for motion in the prepass.
 
-use std::collections::HashMap;
-
 use glam::{Mat4, UVec2};
 use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct, texture_of};
 
@@ -9,7 +7,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GeometryAt, GpuScene},
     texture::{PingPong, described},
-    view::View,
+    view::{PerView, View, ViewKey},
 };
 
 /// Motion since the previous frame is written or read.
@@ -31,26 +29,13 @@ gpu_struct! {
     }
 }
 
-/// The identity of a view across frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum ViewKey {
-    /// The key of a [`crate::ViewRequest`].
-    Key(u64),
-    /// The index among the views of a frame that is rendered to images.
-    Slot(usize),
-}
-
-/// Number of frames that a view is stored while no frame contains it.
-pub(crate) const KEPT_FRAMES: u64 = 64;
-
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
 const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// The last views of a renderer's frames. The previous frame is the last one recorded with the view, complete or not.
 #[derive(Debug, Default)]
 pub(crate) struct ShownViews {
-    shown: HashMap<ViewKey, Shown>,
-    frame: u64,
+    shown: PerView<Shown>,
     keeps_places: bool,
 }
 
@@ -61,7 +46,6 @@ struct Shown {
     generation: u64,
     /// [`GpuScene::revision`].
     revision: u64,
-    last_frame: u64,
     /// The index of the frame in its mean.
     frame_index: u32,
     /// Number of known earlier frames.
@@ -118,13 +102,6 @@ impl ShownViews {
         Self { keeps_places, ..Self::default() }
     }
 
-    /// Begins a frame.
-    pub fn begin(&mut self) {
-        self.frame += 1;
-        let frame = self.frame;
-        self.shown.retain(|_, shown| shown.last_frame + KEPT_FRAMES >= frame);
-    }
-
     /// Resets all views: the next frame has no predecessor.
     pub fn forget(&mut self) {
         self.shown.clear();
@@ -143,7 +120,7 @@ impl ShownViews {
         let view = view.centered();
         let (generation, revision) = (scene.generation(), scene.revision());
         scene.note_shown();
-        let mut before = self.shown.remove(&key);
+        let mut before = self.shown.take(frame, key);
         let places = before.as_mut().and_then(|before| before.places.take());
         let places = self.keeps_places.then(|| next_places(frame, places, view.size)).transpose()?;
         let history = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
@@ -165,20 +142,9 @@ impl ShownViews {
             }
         };
         let [since_change, unchanged] = before.map_or([u32::MAX; 2], |before| [before.since_change, before.unchanged]);
-        let last_frame = self.frame;
-        let kept = places.clone();
-        let shown = Shown {
-            view,
-            generation,
-            revision,
-            last_frame,
-            frame_index,
-            frames,
-            since_change,
-            unchanged,
-            places: kept,
-        };
-        self.shown.insert(key, shown);
+        let left = places.clone();
+        let shown = Shown { view, generation, revision, frame_index, frames, since_change, unchanged, places: left };
+        self.shown.leave(frame, key, shown);
         let views = ViewMotion {
             clip_from_view: view.clip_from_view,
             previous_clip_from_view: previous.clip_from_view,

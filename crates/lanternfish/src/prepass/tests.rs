@@ -81,7 +81,6 @@ impl<'g> Harness<'g> {
         let Self { gpu, profiler, prepass, shown, pixels, .. } = self;
         let count = (SIZE.x * SIZE.y) as usize;
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-        shown.begin();
         let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0)).unwrap();
         let buffer = view.upload(&gpu.device);
         let draws = scene.visible_draws(view);

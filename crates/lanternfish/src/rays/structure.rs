@@ -64,9 +64,6 @@ pub trait KeptStructure: Send + fmt::Debug {
 
     /// An error unless it can be built in frames with this growth of buffers.
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError>;
-
-    /// Discards all history: the last frame was not submitted.
-    fn forget(&mut self);
 }
 
 /// A structure on the device.

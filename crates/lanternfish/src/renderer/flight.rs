@@ -15,6 +15,7 @@ use crate::{
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
+    prepass::ShownViews,
     request::{SurfaceSource, Target, ViewRequest},
     settings::{Samples, Settings},
     texture::target,
@@ -142,7 +143,7 @@ impl Renderer {
         self.queue.submit([commands.finish()]);
         let frame = self.submitted(frame);
         // The next frame has no predecessor.
-        self.passes.forget_shown();
+        self.passes.shown.iter_mut().for_each(ShownViews::forget);
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
         // Outcomes of the caller's frames are reported by a later `poll`.

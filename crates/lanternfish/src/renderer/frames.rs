@@ -11,6 +11,7 @@ use crate::{
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
+    prepass::ShownViews,
     settings::{DebugView, Settings},
     view::View,
 };
@@ -110,7 +111,7 @@ impl Renderer {
     #[doc(hidden)]
     pub fn reset(&mut self) {
         self.passes.progressive.reset();
-        self.passes.forget_shown();
+        self.passes.shown.iter_mut().for_each(ShownViews::forget);
     }
 
     /// Submits the next frame of the views' mean.

@@ -73,11 +73,6 @@ impl VisibilityRatios {
         scene.has_area_lights || self.settings.casts_soft_shadows()
     }
 
-    /// Drops the histories of all views.
-    pub fn forget(&mut self) {
-        self.histories.forget();
-    }
-
     /// The target of a view's ratios.
     pub fn target(&self, frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
         layers_target(frame, size)

@@ -25,7 +25,7 @@ use lanternfish_scene::{Bounds, Camera, Environment, Instance, Material, Mesh, P
 use crate::{
     GpuScene, RenderedImage,
     context::ViewContext,
-    prepass::{Surface, ViewKey},
+    prepass::Surface,
     settings::{Structure, Tracer},
     shaders::SHADERS,
     view::{View, ViewBuffer},

@@ -3,6 +3,7 @@
 pub mod frustum;
 mod jitter;
 pub(crate) mod matrices;
+mod per_view;
 pub mod rotations;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -11,7 +12,10 @@ use lanternfish_scene::{Bounds, Camera, Projection};
 
 use self::frustum::ViewFrustum;
 pub use self::jitter::jitter_of_frame;
-pub(crate) use self::jitter::sobol_point;
+pub(crate) use self::{
+    jitter::sobol_point,
+    per_view::{PerView, ViewKey},
+};
 use crate::shaders::Shaders;
 
 gpu_struct! {

@@ -1,7 +1,5 @@
 //! Temporal accumulation along surfaces: while a view moves, noise that differs from frame to frame averages out.
 
-use std::collections::HashMap;
-
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 
@@ -9,10 +7,10 @@ use super::layers::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{Before, KEPT_FRAMES, Motion, Surface, ViewKey},
+    prepass::{Before, Motion, Surface},
     shaders::{Root, Shaders},
     texture::{PingPong, described, size_of_view},
-    view::View,
+    view::{PerView, View},
 };
 
 /// The shaders of this folder.
@@ -104,14 +102,13 @@ pub(crate) struct Histories {
     mix_deferred: Option<ComputeKernel>,
     label: String,
     reset: HistoryReset,
-    views: HashMap<ViewKey, Kept>,
+    views: PerView<ViewHistory>,
 }
 
 /// History of a view.
 #[derive(Debug)]
-struct Kept {
+struct ViewHistory {
     layers: PingPong,
-    last_frame: u64,
     /// Number of known frames of the view before the last one that was accumulated.
     frames: u32,
 }
@@ -141,12 +138,7 @@ impl Histories {
     /// `folder`: the first part of its label.
     pub fn new(device: &wgpu::Device, reset: HistoryReset, folder: &str) -> Result<Self, RenderError> {
         let label = format!("{folder}/history");
-        Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: HashMap::new() })
-    }
-
-    /// Discards the history of all views.
-    pub fn forget(&mut self) {
-        self.views.clear();
+        Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: PerView::default() })
     }
 
     /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of the frame: outside a mean of
@@ -159,10 +151,8 @@ impl Histories {
         &Mix { surface, motion, found: estimate, requested_frames, clamped_frames }: &Mix<'_>,
     ) -> Result<wgpu::TextureView, RenderError> {
         let Some(places) = &motion.places else { unreachable!("the settings request a history") };
-        let number = frame.number();
-        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
-        let last = self.views.remove(key);
+        let last = self.views.take(frame, *key);
         // The places are those of the frame before; the layers must be, too.
         let last_frames = last.as_ref().map(|last| last.frames);
         let before = motion.before.filter(|before| last_frames.is_some_and(|frames| frames + 1 == before.frames));
@@ -170,7 +160,7 @@ impl Histories {
         let new = |device: &wgpu::Device| layers(device, size);
         let layers = PingPong::next(last.map(|last| last.layers), frame, size, ("history", bytes), new)?;
         let frames = motion.before.map_or(0, |before| before.frames);
-        self.views.insert(*key, Kept { layers: layers.clone(), last_frame: number, frames });
+        self.views.leave(frame, *key, ViewHistory { layers: layers.clone(), frames });
         // Outside a mean of frames the history is the result, and nothing is written to `mixed`.
         let is_of_mean = view.frame_index > 0;
         let mixed = layers_target(frame, if is_of_mean { size } else { UVec2::ONE });

@@ -231,11 +231,6 @@ impl Smoothing {
         })
     }
 
-    /// Discards the history.
-    pub fn forget(&mut self) {
-        self.histories.iter_mut().for_each(Histories::forget);
-    }
-
     /// Records the passes that turn the finished sums of a view's surface into the layers that shading reads.
     pub fn record(
         &mut self,

@@ -94,12 +94,6 @@ impl Placed {
         self.is_unsure || self.transforms[instance] != *transform
     }
 
-    /// Notes that the triangles may not match the instances' transforms.
-    pub fn forget(&mut self) {
-        self.is_unsure = true;
-        self.moved();
-    }
-
     /// True if vertices of these meshes may differ from the device's last deformation.
     pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
         self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())

@@ -61,7 +61,8 @@ impl RadianceCache {
         sample_count: u32,
     ) -> Result<bool, RenderError> {
         let is_last = sample_index + 1 == sample_count;
-        if !is_last && (self.was_large_enough || !cache.may_start_over) {
+        let was_large_enough = self.table.get(frame).as_ref().is_some_and(|table| table.was_large_enough);
+        if !is_last && (was_large_enough || !cache.may_start_over) {
             return Ok(false);
         }
         let counted = Counted {
@@ -79,14 +80,13 @@ impl RadianceCache {
         let will_lose = is_early && !has_room(self.slots, expected_entries(entries, sample_index));
         let is_full = lost > 0 || lost_of_pixels > 0 || will_lose;
         if !cache.may_start_over || self.slots >= most || !is_full {
-            self.was_large_enough |= is_last;
+            self.table.get(frame).iter_mut().for_each(|table| table.was_large_enough |= is_last);
             return Ok(false);
         }
-        self.was_large_enough = false;
         // The number of entries will grow further.
         self.slots = (2 * self.slots).max(slots_for(2 * entries)).min(most);
         tracing::debug!(entries, slots = self.slots, "the radiance cache starts over with a larger table");
-        self.table = None;
+        *self.table.get(frame) = None;
         *cache = self.begin(frame, view)?;
         Ok(true)
     }

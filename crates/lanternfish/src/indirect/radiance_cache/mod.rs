@@ -24,7 +24,7 @@ mod table;
 mod tests;
 mod update;
 
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
+use lanternfish_gpu::{AcrossFrames, Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
 #[cfg(any(test, feature = "testing"))]
@@ -110,8 +110,6 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Largest capacity, entries.
     most_entries: u32,
-    /// A frame has been completed with a table of this size.
-    was_large_enough: bool,
     /// Samples of an entry of rank 0 in an image's first frame.
     first_samples: u32,
     /// See [`CacheSettings::blur`].
@@ -119,7 +117,7 @@ pub(crate) struct RadianceCache {
     kernels: Kernels,
     rehash: Rehash,
     planes: Planes,
-    table: Option<Table>,
+    table: AcrossFrames<Option<Table>>,
     /// Updates and frames so far; each view counts as a frame.
     update: u32,
     frame: u32,
@@ -316,23 +314,15 @@ impl RadianceCache {
             slots: slots_for(most_entries.min(first_entries())),
             most_entries,
             blur,
-            was_large_enough: false,
             first_samples,
             kernels,
             rehash: Rehash::new(device)?,
             planes: Planes::new(device)?,
-            table: None,
+            table: AcrossFrames::default(),
             update: 0,
             frame: 0,
             changes: 0,
         })
-    }
-
-    /// Discards all entries.
-    pub fn forget(&mut self) {
-        self.table = None;
-        self.planes.forget();
-        self.was_large_enough = false;
     }
 
     /// Prepares the cache for the rays of this view. An image with blocking readback starts without entries, so that it does not depend on what was
@@ -349,7 +339,7 @@ impl RadianceCache {
         let number = frame.number();
         let capacity = frame.planned_capacity(ENTRIES_LIST, 0, slots_for(self.most_entries).into());
         self.slots = self.slots.max(slots_for((capacity as u32).min(self.most_entries)));
-        let table = match &mut self.table {
+        let table = match self.table.get(frame) {
             Some(table) => table,
             none => {
                 frame.forget_bind_groups();

@@ -217,11 +217,6 @@ impl SampledLight {
 }
 
 impl IndirectPasses for SampledLight {
-    fn forget(&mut self) {
-        self.cache.iter_mut().for_each(RadianceCache::forget);
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

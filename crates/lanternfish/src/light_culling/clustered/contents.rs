@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::read_back;
 
-use super::{ClusteredCulling, MARKED, grid::GridGeometry};
+use super::{ClusteredCulling, Grids, MARKED, grid::GridGeometry};
 use crate::{error::RenderError, renderer::Renderer};
 
 /// A cluster grid of the last frame.
@@ -57,8 +57,9 @@ pub(crate) fn contents_of_grids(
 ) -> Result<Vec<GridContents>, RenderError> {
     let mut grids = Vec::new();
     // Views that share a grid: its counters belong to the first view.
-    let first = passes.lists.iter().filter(|lists| !lists.counters.is_empty());
-    for (lists, geometry) in first.zip(passes.geometries.iter().copied()) {
+    let Grids { geometries, lists } = passes.grids.last();
+    let first = lists.iter().filter(|lists| !lists.counters.is_empty());
+    for (lists, geometry) in first.zip(geometries.iter().copied()) {
         let Some(fragments) = &lists.fragments else { continue };
         let count = geometry.cluster_count() as usize;
         let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;

@@ -18,7 +18,8 @@ pub use self::{
 };
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
-    BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct, primitives::Scan,
+    AcrossFrames, BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct,
+    primitives::Scan,
 };
 
 use self::{
@@ -99,7 +100,13 @@ pub struct ClusteredCulling {
     write: ComputeKernel,
     scan: Scan,
     tree: TreeBuilder,
-    /// Lists of the last call, which also hold the clusters of transparent fragments.
+    grids: AcrossFrames<Grids>,
+}
+
+/// The grids of the last frame.
+#[derive(Debug, Default)]
+struct Grids {
+    /// Lists of each view, which also hold the clusters of transparent fragments.
     lists: Vec<LightLists>,
     /// Geometry of the grid of each group of views.
     geometries: Vec<GridGeometry>,
@@ -130,8 +137,7 @@ impl ClusteredCulling {
             write: ComputeKernel::new(device, &assign, "write", &label("write")),
             scan: Scan::new(device, "light_culling/clustered")?,
             tree: TreeBuilder::new(device, settings.assignment)?,
-            lists: Vec::new(),
-            geometries: Vec::new(),
+            grids: AcrossFrames::default(),
         })
     }
 }
@@ -147,7 +153,7 @@ impl LightCullingPasses for ClusteredCulling {
     ) -> Result<Vec<LightLists>, RenderError> {
         if reach == Reach::Anywhere {
             // The clusters of transparent fragments are already in the lists of the surfaces.
-            return Ok(self.lists.clone());
+            return Ok(self.grids.get(frame).lists.clone());
         }
         let groups: Vec<&[ViewContext<'_>]> = match self.settings.grouping {
             Grouping::Individual => views.chunks(1).collect(),
@@ -159,14 +165,8 @@ impl LightCullingPasses for ClusteredCulling {
             lists.extend(of_group);
             geometries.push(geometry);
         }
-        self.geometries = geometries;
-        self.lists.clone_from(&lists);
+        *self.grids.get(frame) = Grids { geometries, lists: lists.clone() };
         Ok(lists)
-    }
-
-    fn forget(&mut self) {
-        self.lists.clear();
-        self.geometries.clear();
     }
 }
 

@@ -45,7 +45,7 @@ fn tiles_of_views(passes: &TiledCulling, engine: &Engine) -> Result<Vec<TileCont
         let lights = starts.windows(2).map(|ends| ends[1].wrapping_sub(ends[0])).collect();
         Ok(TileContents { tile_size: passes.settings.tile_size.pixels(), dimensions: *dimensions, lights })
     };
-    passes.cells.iter().map(read).collect()
+    passes.cells.last().iter().map(read).collect()
 }
 
 #[test]

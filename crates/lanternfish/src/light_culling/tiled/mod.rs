@@ -4,7 +4,7 @@ mod contents;
 mod settings;
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{AcrossFrames, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
 pub use self::{contents::TileContents, settings::Tiled};
 use super::{LightCullingPasses, LightLists, Reach, Volume};
@@ -67,7 +67,7 @@ pub struct TiledCulling {
     write: ComputeKernel,
     scan: Scan,
     /// Tiles across and down of each view of the last frame, and the starts of their lists.
-    cells: Vec<(UVec2, wgpu::Buffer)>,
+    cells: AcrossFrames<Vec<(UVec2, wgpu::Buffer)>>,
 }
 
 impl LightCullingPasses for TiledCulling {
@@ -82,13 +82,9 @@ impl LightCullingPasses for TiledCulling {
         let lists = views.iter().map(record).collect::<Result<Vec<_>, _>>()?;
         if reach == Reach::Surface {
             let tiles = |view: &ViewContext<'_>| self.dimensions(view.surface.size);
-            self.cells = views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
+            *self.cells.get(frame) = views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
         }
         Ok(lists)
-    }
-
-    fn forget(&mut self) {
-        self.cells.clear();
     }
 }
 
@@ -108,7 +104,7 @@ impl TiledCulling {
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,
-            cells: Vec::new(),
+            cells: AcrossFrames::default(),
         })
     }
 

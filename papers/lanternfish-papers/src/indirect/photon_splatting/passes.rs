@@ -191,10 +191,6 @@ impl PhotonPasses {
 const SHRINKING: f32 = 0.25;
 
 impl IndirectPasses for PhotonPasses {
-    fn forget(&mut self) {
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

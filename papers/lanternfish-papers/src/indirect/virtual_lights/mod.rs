@@ -120,10 +120,6 @@ impl VirtualLightPasses {
 }
 
 impl IndirectPasses for VirtualLightPasses {
-    fn forget(&mut self) {
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -68,8 +68,6 @@ impl KeptStructure for Kept {
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
-
-    fn forget(&mut self) {}
 }
 
 impl TracedStructure for Nothing {

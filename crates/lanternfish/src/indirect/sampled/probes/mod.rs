@@ -216,11 +216,6 @@ impl ProbeLight {
 }
 
 impl IndirectPasses for ProbeLight {
-    fn forget(&mut self) {
-        self.light.forget();
-        self.guide.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
