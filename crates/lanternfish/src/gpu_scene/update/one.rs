@@ -103,7 +103,7 @@ impl GpuScene {
         let needs_update = |what: &str| Err(RenderError::NeedsUpdate { what: format!("material {index}: {what}") });
         let invalid = |what| SceneFault::Material { index, name: material.name.clone(), what };
         material.validate(self.placed.outline.texture_count()).map_err(invalid)?;
-        match self.placed.outline.has_kind_of(index, material) {
+        match self.placed.outline.has_shape_of(index, material) {
             None => return needs_update("so many were not uploaded"),
             Some(false) => {
                 return needs_update("it has other textures, another alpha mode, other sides, transmission or volume");

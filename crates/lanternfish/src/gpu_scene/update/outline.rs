@@ -3,8 +3,10 @@
 use std::hash::{BuildHasher, Hasher};
 
 use foldhash::fast::FixedState;
-use glam::Vec4;
-use lanternfish_scene::{AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture};
+use glam::Vec3;
+use lanternfish_scene::{
+    AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture, TextureRef,
+};
 use rayon::prelude::*;
 
 use crate::error::RenderError;
@@ -18,8 +20,7 @@ pub struct Outline {
     meshes: Vec<MeshOutline>,
     /// Mesh of each instance.
     instances: Vec<usize>,
-    /// Materials after [`fixed`].
-    materials: Vec<Material>,
+    materials: Vec<MaterialShape>,
     textures: Vec<Texture>,
     samplers: Vec<Sampler>,
     images: Vec<u64>,
@@ -42,7 +43,7 @@ impl Outline {
         Self {
             meshes: scene.meshes.iter().map(mesh).collect(),
             instances: scene.instances.iter().map(|instance| instance.mesh).collect(),
-            materials: scene.materials.iter().map(fixed).collect(),
+            materials: scene.materials.iter().map(MaterialShape::of).collect(),
             textures: scene.textures.clone(),
             samplers: scene.samplers.clone(),
             images: scene.images.iter().map(image).collect(),
@@ -85,8 +86,8 @@ impl Outline {
     }
 
     /// True if a material differs from the one of this index only in factors; none: there is no such material.
-    pub fn has_kind_of(&self, index: usize, material: &Material) -> Option<bool> {
-        self.materials.get(index).map(|uploaded| *uploaded == fixed(material))
+    pub fn has_shape_of(&self, index: usize, material: &Material) -> Option<bool> {
+        self.materials.get(index).map(|uploaded| *uploaded == MaterialShape::of(material))
     }
 
     /// True if image `index` is the same in `now`.
@@ -144,38 +145,33 @@ pub fn vertices(scene: &Scene) -> Vec<u64> {
     scene.meshes.iter().map(mesh).collect()
 }
 
-/// A material without the data that an update writes, its factors. The alpha factor of a mask is part of the traced masks, and stays. Of the
-/// roughness it stays whether light passes straight.
-fn fixed(material: &Material) -> Material {
-    let usual = Material::default();
-    let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
-    Material {
-        name: String::new(),
-        base_color: if is_mask { Vec4::W * material.base_color.w } else { Vec4::ZERO },
-        metallic: usual.metallic,
-        perceptual_roughness: if material.is_thin_dielectric() { 0.0 } else { usual.perceptual_roughness },
-        normal_scale: usual.normal_scale,
-        occlusion_strength: usual.occlusion_strength,
-        emissive: usual.emissive,
-        ior: usual.ior,
-        specular: usual.specular,
-        specular_color: usual.specular_color,
-        diffuse_transmission: usual.diffuse_transmission,
-        diffuse_transmission_color: usual.diffuse_transmission_color,
-        clearcoat: usual.clearcoat,
-        clearcoat_roughness: usual.clearcoat_roughness,
-        clearcoat_normal_scale: usual.clearcoat_normal_scale,
-        sheen_color: usual.sheen_color,
-        sheen_roughness: usual.sheen_roughness,
-        anisotropy: usual.anisotropy,
-        anisotropy_rotation: usual.anisotropy_rotation,
-        iridescence: usual.iridescence,
-        iridescence_ior: usual.iridescence_ior,
-        iridescence_thickness: usual.iridescence_thickness,
-        iridescence_thickness_minimum: usual.iridescence_thickness_minimum,
-        dispersion: usual.dispersion,
-        unlit: usual.unlit,
-        ..material.clone()
+/// What an update does not write of a material. It writes all else: the factors.
+#[derive(Debug, PartialEq)]
+struct MaterialShape {
+    textures: [Option<TextureRef>; Material::TEXTURES],
+    alpha_mode: AlphaMode,
+    /// The alpha factor of a mask, which is part of the traced masks.
+    mask_alpha: Option<f32>,
+    double_sided: bool,
+    /// Other passes draw what transmits light.
+    transmission: f32,
+    is_thin_dielectric: bool,
+    /// Thickness of the volume, m; its colour over a distance, m.
+    volume: (f32, Vec3, f32),
+}
+
+impl MaterialShape {
+    fn of(material: &Material) -> Self {
+        let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+        Self {
+            textures: material.textures(),
+            alpha_mode: material.alpha_mode,
+            mask_alpha: is_mask.then_some(material.base_color.w),
+            double_sided: material.double_sided,
+            transmission: material.transmission,
+            is_thin_dielectric: material.is_thin_dielectric(),
+            volume: (material.thickness, material.attenuation_color, material.attenuation_distance),
+        }
     }
 }
 

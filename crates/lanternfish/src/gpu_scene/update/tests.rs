@@ -146,7 +146,7 @@ fn gpu_set_light_renders_like_a_fresh_upload(gpu: &Gpu) {
 fn glass_that_becomes_rough_is_another_material() {
     let smooth = Material { metallic: 0.0, perceptual_roughness: 0.0, transmission: 1.0, ..Material::default() };
     let outline = Outline::of(&Scene { materials: vec![smooth.clone()], ..Scene::default() });
-    let is_updated = |material: Material| outline.has_kind_of(0, &material);
+    let is_updated = |material: Material| outline.has_shape_of(0, &material);
     assert_eq!(is_updated(Material { perceptual_roughness: 0.2, ..smooth.clone() }), Some(false));
     assert_eq!(is_updated(Material { perceptual_roughness: 0.01, ior: 1.8, ..smooth }), Some(true));
 }

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, GpuError, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Scene, TextureRef};
+use lanternfish_scene::{AlphaMode, LayerTextures, Scene, TextureRef};
 
 use super::{
     super::shaders::{
@@ -141,7 +141,8 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
     };
     let scatters_from_behind = file && material.scatters_from_behind();
     let iors = material.channel_iors();
-    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+    let LayerTextures { sheen_color, sheen_roughness, anisotropy, iridescence, iridescence_thickness } =
+        material.layer_textures();
     Material {
         base_color: material.base_color,
         emissive: material.emissive / light_unit,
@@ -168,9 +169,9 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
             | flag(file && sheen_color.is_some(), SHEEN_COLOR_MAPPED)
             | flag(file && sheen_roughness.is_some(), SHEEN_ROUGHNESS_MAPPED)
-            | flag(file && grain.is_some(), GRAIN_MAPPED)
-            | flag(file && film.is_some(), FILM_MAPPED)
-            | flag(file && film_thickness.is_some(), FILM_THICKNESS_MAPPED)
+            | flag(file && anisotropy.is_some(), GRAIN_MAPPED)
+            | flag(file && iridescence.is_some(), FILM_MAPPED)
+            | flag(file && iridescence_thickness.is_some(), FILM_THICKNESS_MAPPED)
             | flag(file && scatters_through(material), SCATTERS_THROUGH)
             | flag(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }), CATCHES_SHADOWS)
             | flag(
@@ -210,8 +211,11 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             None => slot(&material.clearcoat_texture, false),
             sheen => slot(&sheen, true),
         },
-        coat_roughness_or_grain_map: slot(&material.clearcoat_roughness_texture.or(grain), false),
-        coat_normal_or_film_map: slot(&material.clearcoat_normal_texture.or(film).or(film_thickness), false),
+        coat_roughness_or_grain_map: slot(&material.clearcoat_roughness_texture.or(anisotropy), false),
+        coat_normal_or_film_map: slot(
+            &material.clearcoat_normal_texture.or(iridescence).or(iridescence_thickness),
+            false,
+        ),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use lanternfish_gpu::{Bindings, Gpu, GpuError, software_mesa};
-use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
+use lanternfish_scene::{Filter, Image, LayerTextures, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
 use super::{lobes::Shading, mips};
@@ -64,7 +64,8 @@ pub struct Textures {
 fn references(material: &Material, shading: Shading) -> [(Option<TextureRef>, bool); MAPS] {
     let file = shading == Shading::File;
     let of_file = |texture: &Option<TextureRef>| texture.filter(|_| file);
-    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+    let LayerTextures { sheen_color, sheen_roughness, anisotropy, iridescence, iridescence_thickness } =
+        material.layer_textures();
     let sheen = sheen_color.or(sheen_roughness);
     [
         (material.base_color_texture, true),
@@ -77,8 +78,8 @@ fn references(material: &Material, shading: Shading) -> [(Option<TextureRef>, bo
         (of_file(&material.diffuse_transmission_texture), false),
         (of_file(&material.diffuse_transmission_color_texture), true),
         (of_file(&sheen.or(material.clearcoat_texture)), sheen.is_some()),
-        (of_file(&material.clearcoat_roughness_texture.or(grain)), false),
-        (of_file(&material.clearcoat_normal_texture.or(film).or(film_thickness)), false),
+        (of_file(&material.clearcoat_roughness_texture.or(anisotropy)), false),
+        (of_file(&material.clearcoat_normal_texture.or(iridescence).or(iridescence_thickness)), false),
     ]
 }
 
