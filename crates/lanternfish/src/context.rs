@@ -1,13 +1,11 @@
 //! Inputs of a frame, and of the passes of one of its views.
 
-use std::sync::Arc;
-
 use glam::Quat;
 
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::Surface,
-    rays::{Structure, TracedStructure},
+    rays::Structures,
     request::{Target, ViewRequest},
     view::{View, ViewBuffer, ViewKey},
 };
@@ -65,7 +63,7 @@ pub struct ViewContext<'a> {
     pub rotation: Quat,
     /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame sets them before the
     /// first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
-    pub structures: Vec<(Structure, Arc<dyn TracedStructure>)>,
+    pub structures: Structures,
 }
 
 impl<'a> ViewContext<'a> {

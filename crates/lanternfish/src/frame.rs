@@ -9,21 +9,20 @@ use crate::{
     antialiasing::{self, TemporalAntialiasing},
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
-    direct_light::{DirectLight, DirectPasses},
+    direct_light::DirectPasses,
     error::RenderError,
     gpu_scene::{Lobes, VisibleDraws},
-    indirect::{DemodulatedIrradiance, IndirectPasses},
-    light_culling::{LightCulling, LightLists, Reach},
-    occlusion::{AmbientVisibility, OcclusionPasses},
+    indirect::IndirectPasses,
+    light_culling::{LightCulling, Reach},
+    occlusion::OcclusionPasses,
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
     rays::{KeptStructure, Structure},
     request::{SurfaceSource, Target},
-    shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
-    shadows::{Shadows, VisibilityPlan},
+    shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, Shaded, VisibilityRatios},
+    shadows::Shadows,
     sky::Sky,
-    texture::Radiance,
     view::View,
     view::rotations::frame_rotation,
 };
@@ -71,55 +70,6 @@ pub(crate) struct FrameResult {
     pub shaded: Shaded,
     /// The display image, unless the caller requested radiance.
     pub display: Option<wgpu::TextureView>,
-}
-
-/// A view after shading.
-#[derive(Debug)]
-pub(crate) struct Shaded {
-    pub radiance: Radiance,
-    /// Demodulated indirect light, if the radiance is demodulated direct light.
-    pub indirect_light: Option<wgpu::TextureView>,
-    /// Mean radiance of this frame and the frames before it, if frames are averaged.
-    pub mean: Option<wgpu::TextureView>,
-    /// The radiance with temporal antialiasing, if there is any.
-    pub antialiased: Option<wgpu::TextureView>,
-    pub visibility: Option<VisibilityPlan>,
-    pub ambient_visibility: Option<AmbientVisibility>,
-    pub indirect: Option<DemodulatedIrradiance>,
-    /// Indirect light at the nearest transparent surfaces.
-    pub indirect_of_transparent: Option<DemodulatedIrradiance>,
-    /// Direct light, if a technique samples it.
-    pub direct: Option<DirectLight>,
-    /// The light lists of opaque surfaces, unless direct light is sampled.
-    pub lights: Option<LightLists>,
-}
-
-impl Shaded {
-    /// A view with only radiance, and light lists if there are any.
-    pub fn of_lights(radiance: Radiance, lights: Option<LightLists>) -> Self {
-        Self {
-            radiance,
-            indirect_light: None,
-            mean: None,
-            antialiased: None,
-            visibility: None,
-            ambient_visibility: None,
-            indirect: None,
-            indirect_of_transparent: None,
-            direct: None,
-            lights,
-        }
-    }
-
-    /// Linear radiance, nits.
-    fn rendering(&self) -> &wgpu::TextureView {
-        self.mean.as_ref().unwrap_or(self.single())
-    }
-
-    /// Linear radiance of this frame, nits.
-    pub(crate) fn single(&self) -> &wgpu::TextureView {
-        self.antialiased.as_ref().unwrap_or(&self.radiance.target)
-    }
 }
 
 impl Passes {

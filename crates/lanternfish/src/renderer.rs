@@ -1,5 +1,6 @@
 //! The renderer: from a scene and a camera to an image.
 
+mod aovs;
 mod build;
 mod change;
 mod edit;
@@ -33,10 +34,10 @@ use crate::{
     aovs::AovPass,
     context::FrameContext,
     error::RenderError,
-    frame::{FrameResult, Passes, Shaded},
+    frame::{FrameResult, Passes},
     gpu_scene::{GpuScene, SceneRequirements},
-    light_culling::LightCullingPasses,
     settings::{Exposure, Settings},
+    shading::Shaded,
     view::View,
 };
 
@@ -170,11 +171,6 @@ impl Renderer {
     #[doc(hidden)]
     pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
-    }
-
-    /// The light culling passes, if they are of this type.
-    pub(crate) fn culling_passes<P: LightCullingPasses>(&self) -> Option<&P> {
-        self.passes.light_culling.passes()
     }
 
     /// Device memory of its frames.

@@ -4,8 +4,7 @@
 mod tests;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use lanternfish_gpu::{Feature, Frame, Profiler, read_texture};
-use lanternfish_limits::memory::Budget;
+use lanternfish_gpu::{Feature, Frame};
 use lanternfish_scene::Camera;
 use rayon::prelude::*;
 
@@ -13,7 +12,6 @@ use crate::{
     error::RenderError,
     gpu_scene::{Faces, GeometryAt, GpuScene, MASKED, PassState, SceneRaster, TEXTURES},
     prepass::{DEPTH_FORMAT, MOTION, ViewMotion},
-    renderer::Renderer,
     shaders::{Root, Shaders},
     texture::frame_target,
     view::View,
@@ -61,11 +59,11 @@ pub struct Aovs {
 /// A view of a scene as it was at one time: the next frame, for [`Aovs::motion`].
 #[derive(Debug)]
 pub struct Moment {
-    camera: Camera,
-    instances: wgpu::Buffer,
-    positions: wgpu::Buffer,
+    pub(crate) camera: Camera,
+    pub(crate) instances: wgpu::Buffer,
+    pub(crate) positions: wgpu::Buffer,
     /// The scene's instance of each draw instance.
-    order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
 }
 
 /// The pass that draws them.
@@ -94,7 +92,7 @@ impl AovPass {
     }
 
     /// Draws a view's surfaces and returns the two targets. `other_frame`: the view and the geometry to which motion is relative.
-    fn record(
+    pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
@@ -138,61 +136,12 @@ impl AovPass {
     }
 }
 
-impl Renderer {
-    /// What the nearest surface at each pixel's centre is, aligned with the image of [`Self::render`] to the pixel, whatever the settings.
-    /// Draws the scene again, and waits for the device. `next`: the next frame, for motion; it has the same meshes and instances.
-    pub fn aovs(
-        &mut self,
-        scene: &GpuScene,
-        camera: &Camera,
-        size: [u32; 2],
-        next: Option<&Moment>,
-    ) -> Result<Aovs, RenderError> {
-        let pixels = u64::from(size[0]) * u64::from(size[1]);
-        Budget::of_process()
-            .check(pixels * Aovs::BYTES_PER_PIXEL, || format!("output variables of {pixels} pixels need"))
-            .map_err(RenderError::ImageTooLarge)?;
-        let single = |view: &View| View { samples: 1, ..*view };
-        let view = single(&self.views(scene, &[(camera, size)])?[0]);
-        let other_view = match next {
-            Some(next) => single(&self.views(scene, &[(&next.camera, size)])?[0]),
-            None => view,
-        };
-        // A surface that is mirrored since then has another place in the order of draws.
-        let alike = |next: &&Moment| {
-            next.order == scene.geometry.order() && next.positions.size() == scene.geometry.positions.size()
-        };
-        let other_frame = match next.filter(alike) {
-            Some(Moment { instances, positions, .. }) => GeometryAt { instances, positions },
-            None => scene.geometry_now(),
-        };
-        self.check_device()?;
-        let [identity, place] = self.checked_work(|this| {
-            let Self { device, queue, engine, aovs, .. } = this;
-            let mut profiler = Profiler::new(device, queue);
-            let mut frame = Frame::new(device, queue, &mut profiler);
-            let targets = engine.within(|| aovs.record(&mut frame, scene, &view, (&other_view, other_frame)))?;
-            frame.submit();
-            Ok(targets)
-        })?;
-        let identity = read_texture::<[u32; 4]>(&self.device, &self.queue, identity.texture())?;
-        let place = read_texture::<[f32; 4]>(&self.device, &self.queue, place.texture())?;
-        Ok(Aovs::of_texels(scene, &view, &identity, &place))
-    }
-
-    /// A copy of what [`Self::aovs`] needs of a frame that is next.
-    pub fn moment(&self, scene: &GpuScene, camera: &Camera) -> Moment {
-        let [instances, positions] = scene.copied_geometry(&self.queue);
-        Moment { camera: camera.clone(), instances, positions, order: scene.geometry.order() }
-    }
-}
-
 impl Aovs {
     /// Memory of a pixel while they are read back, bytes: the texels and the values.
     #[doc(hidden)]
     pub const BYTES_PER_PIXEL: u64 = 32 + 4 * (1 + 1 + 3 + 3 + 3 + 2 + 1 + 1);
 
-    fn of_texels(scene: &GpuScene, view: &View, identity: &[[u32; 4]], place: &[[f32; 4]]) -> Self {
+    pub(crate) fn of_texels(scene: &GpuScene, view: &View, identity: &[[u32; 4]], place: &[[f32; 4]]) -> Self {
         let (width, height) = view.size.into();
         // Texels without a surface are 0.
         let drawn = |texel: &[u32; 4]| Some(scene.geometry.draw_instance(texel[0].checked_sub(1)?));

@@ -10,7 +10,6 @@ use lanternfish_gpu::{
 use crate::{
     context::ViewContext,
     error::RenderError,
-    frame::Shaded,
     indirect::Indirect,
     indirect::{DemodulatedIrradiance, INDIRECT},
     light_culling::Culling,
@@ -21,6 +20,7 @@ use crate::{
     prepass::MOTION,
     settings::{DebugView, Settings},
     shaders::{Root, Shaders},
+    shading::Shaded,
     shadows::VisibilityPlan,
     texture::frame_target,
 };

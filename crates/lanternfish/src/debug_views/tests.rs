@@ -142,7 +142,7 @@ impl<'g> Harness<'g> {
             renderer: Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
-            culling: LightCulling::new(&gpu.device, &culling, Samples::One).unwrap(),
+            culling: LightCulling::new(&gpu.device, &culling, 1).unwrap(),
             forward: Forward::new(&settings, None),
             debug_views: DebugViews::new(&gpu.device, &settings).unwrap().unwrap(),
             unmarked: probe(gpu, "testing/unmarked", &[], "unmarked"),

@@ -2,14 +2,14 @@
 
 use lanternfish_gpu::{BufferPart, Frame};
 
-use super::{Passes, Shaded};
+use super::Passes;
 use crate::{
     context::ViewContext,
     error::RenderError,
     gpu_scene::Draw,
     indirect::DemodulatedIrradiance,
     light_culling::LightLists,
-    shading::{AccumulatedRatios, Arriving, DirectFrom, Shadowing, Sums},
+    shading::{AccumulatedRatios, Arriving, DirectFrom, Shaded, Shadowing, Sums},
     shadows::{Visibility, VisibilityPlan},
     texture::Radiance,
 };

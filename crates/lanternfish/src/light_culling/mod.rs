@@ -21,7 +21,6 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     lights::LightSet,
-    settings::Samples,
     shaders::Shaders,
     technique::{AnyTechnique, Choice, Technique, clone_of},
 };
@@ -89,8 +88,8 @@ pub trait CullingTechnique: AnyTechnique {
         false
     }
 
-    /// Compiles its passes.
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError>;
+    /// Compiles its passes, for images of so many samples per pixel.
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError>;
 }
 
 /// The passes of a technique.
@@ -161,7 +160,7 @@ pub struct LightCulling {
 
 impl LightCulling {
     /// Compiles the technique's passes.
-    pub fn new(device: &wgpu::Device, culling: &Culling, samples: Samples) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, culling: &Culling, samples: u32) -> Result<Self, RenderError> {
         let passes = culling.technique().map(|technique| technique.build(device, samples)).transpose()?;
         let tests_every_light = culling.technique().is_none_or(|technique| technique.tests_every_light());
         Ok(Self { passes, tests_every_light })

@@ -9,7 +9,6 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 
 use crate::{
-    context::ViewContext,
     error::RenderError,
     gpu_scene::{Draw, Faces, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
@@ -180,38 +179,31 @@ impl Prepass {
         self.draw(frame, scene, &draws.solid, &bindings, size, before)
     }
 
-    /// Draws the view's transparent surfaces that are nearer than the opaque surface at the pixel's centre, and keeps the nearest. For a
-    /// prepass [`Self::of_transparent`].
-    pub fn record_transparent(
-        &mut self,
-        frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
-    ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        self.draw(frame, scene, &draws.transparent, &bindings, middle.size, None)
-    }
-
-    /// Draws some of the view's visible opaque surfaces again. For a prepass [`Self::of_coats`] or [`Self::of_other_sides`].
+    /// Draws some of a view's surfaces: the transparent ones that are nearer than the opaque surface at the pixel's centre, of which it keeps
+    /// the nearest, or some opaque ones again. For a prepass [`Self::of_transparent`], [`Self::of_coats`] or [`Self::of_other_sides`].
     pub(crate) fn record_some(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
-        is_drawn: impl Fn(&Draw) -> bool,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        opaque: &Surface,
+        draws: &[&Draw],
     ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        let drawn: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
-        self.draw(frame, scene, &drawn, &bindings, middle.size, None)
+        let bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &opaque.depth);
+        self.draw(frame, scene, draws, &bindings, opaque.size, None)
     }
 
     /// Draws the back faces of these draws. For a prepass [`Self::of_backs`].
     pub(crate) fn record_backs(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, view, .. }: &ViewContext<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        size: UVec2,
         draws: &[&Draw],
     ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings());
-        self.draw(frame, scene, draws, &bindings, view.size, None)
+        let bindings = view.bindings().with(&scene.bindings());
+        self.draw(frame, scene, draws, &bindings, size, None)
     }
 
     fn draw(

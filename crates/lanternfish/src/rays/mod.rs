@@ -29,7 +29,7 @@ use lanternfish_scene::named_type_impls;
 pub use self::{
     list::{RayTracer, TracedRay},
     scene_kernel::SceneKernel,
-    structure::{KeptStructure, Structure, StructureTechnique, TracedStructure},
+    structure::{KeptStructure, Structure, StructureTechnique, Structures, TracedStructure},
     trace_pass::TracePass,
 };
 use crate::{

@@ -66,6 +66,9 @@ pub trait KeptStructure: Send + fmt::Debug {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError>;
 }
 
+/// The structures of a frame for the current scene, each beside its settings.
+pub type Structures = Vec<(Structure, Arc<dyn TracedStructure>)>;
+
 /// A structure on the device.
 pub trait TracedStructure: Any + fmt::Debug + Send + Sync {
     /// The features that link shaders with it for distances.

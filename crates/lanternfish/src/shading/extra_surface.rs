@@ -10,7 +10,7 @@ use super::Arriving;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::Lobes,
+    gpu_scene::{Draw, Lobes},
     indirect::{self, IndirectPasses},
     occlusion::{self, OcclusionPasses},
     prepass::Prepass,
@@ -89,11 +89,14 @@ impl ExtraSurface {
                 indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),
         };
-        let surface = match self.kind {
-            Kind::NearestTransparent => prepass.record_transparent(frame, view)?,
-            Kind::Coat => prepass.record_some(frame, view, |draw| draw.lobes == Lobes::Coated)?,
-            Kind::OtherSide => prepass.record_some(frame, view, |draw| draw.scatters_from_behind)?,
+        let ViewContext { scene, buffer, draws, middle, .. } = view;
+        let opaque = |is_drawn: fn(&Draw) -> bool| draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
+        let drawn: Vec<&Draw> = match self.kind {
+            Kind::NearestTransparent => draws.transparent.clone(),
+            Kind::Coat => opaque(|draw| draw.lobes == Lobes::Coated),
+            Kind::OtherSide => opaque(|draw| draw.scatters_from_behind),
         };
+        let surface = prepass.record_some(frame, scene, buffer, middle, &drawn)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         Ok(Arriving { surface, ambient_visibility, indirect, direct: None, coat: None })

@@ -4,6 +4,7 @@ mod arriving;
 mod demodulated;
 mod extra_surface;
 mod refraction;
+mod shaded;
 #[cfg(test)]
 mod tests;
 mod visibility_ratios;
@@ -36,6 +37,7 @@ pub(crate) use self::{demodulated::demodulated_features, visibility_ratios::visi
 pub(crate) use self::{
     demodulated::{DemodulatedLight, Sums},
     extra_surface::ExtraSurface,
+    shaded::Shaded,
     visibility_ratios::{AccumulatedRatios, VisibilityRatios},
 };
 

@@ -361,7 +361,7 @@ impl Shadows {
             .collect();
         for (grid, rows) in &grids {
             let groups = [plan.grid.columns, rows.end - rows.start, 1];
-            trace.dispatch(frame, view, &bindings.clone().part("visibility_grid", grid), groups);
+            trace.dispatch(frame, &view.structures, &bindings.clone().part("visibility_grid", grid), groups);
         }
         count_rays(frame, 0);
         if let (Some(trace), Some(groups)) = (&self.kernels(scene).trace_edges, plan.edges.groups()) {

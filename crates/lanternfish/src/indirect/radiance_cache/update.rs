@@ -45,7 +45,7 @@ impl RadianceCache {
                 Rays::Both(both) => frame.dispatch_indirect(both.of(scene), &sampling, scheduled, TWO_RAYS),
                 Rays::Each(shadow, trace) => {
                     frame.dispatch_indirect(shadow.of(scene), &sampling, scheduled, 0);
-                    trace.dispatch_indirect(frame, view, &sampling, scheduled, 0);
+                    trace.dispatch_indirect(frame, &view.structures, &sampling, scheduled, 0);
                 }
             }
             if self.bounces.needs_rays() {

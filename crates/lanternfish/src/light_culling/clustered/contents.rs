@@ -3,7 +3,7 @@
 use lanternfish_gpu::read_back;
 
 use super::{ClusteredCulling, Grids, MARKED, grid::GridGeometry};
-use crate::{error::RenderError, renderer::Renderer};
+use crate::error::RenderError;
 
 /// A cluster grid of the last frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,16 +36,6 @@ impl GridContents {
     /// Number of light evaluations: each fragment evaluates every light of its cluster's list.
     pub fn lighting_operations(&self) -> u64 {
         self.visible.iter().map(|cluster| u64::from(cluster.fragments) * u64::from(cluster.lights)).sum()
-    }
-}
-
-impl Renderer {
-    /// Contents of the last frame's clusters, one item per grid ([`Grouping`](super::Grouping)), read back from the device for
-    /// measurements. Empty before the first frame, and without [`Clustered`](super::Clustered).
-    #[doc(hidden)]
-    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
-        self.culling_passes()
-            .map_or(Ok(Vec::new()), |passes| contents_of_grids(passes, &self.engine().device, &self.engine().queue))
     }
 }
 

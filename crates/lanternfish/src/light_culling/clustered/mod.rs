@@ -33,7 +33,6 @@ use crate::{
     gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
     prepass::{MULTISAMPLED, visible_fragments},
-    settings::Samples,
     shaders::{Root, Shaders},
     view::frustum::ViewFrustum,
 };
@@ -114,9 +113,9 @@ struct Grids {
 
 impl ClusteredCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Clustered, samples: Samples) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, settings: Clustered, samples: u32) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
-        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+        let multisampled: &[Feature] = if samples == 1 { &[] } else { &[MULTISAMPLED] };
         let mark = DECLARED.link("light_culling/clustered/mark", multisampled)?;
         let compact = DECLARED.link("light_culling/clustered/compact", &[])?;
         let hierarchy: &[Feature] = if settings.assignment == Assignment::Hierarchy { &[HIERARCHY] } else { &[] };
@@ -130,7 +129,7 @@ impl ClusteredCulling {
                 "light_culling/clustered/mark_drawn",
                 multisampled,
                 false,
-                visible_fragments(samples.count()),
+                visible_fragments(samples),
             ),
             compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
             count: ComputeKernel::new(device, &assign, "count", &label("count")),

@@ -7,7 +7,6 @@ use super::{CULLING_CLUSTERED, ClusteredCulling, DECLARED, grid::ClusterShape};
 use crate::{
     error::RenderError,
     light_culling::{CullingTechnique, LightCullingPasses},
-    settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -132,7 +131,7 @@ impl CullingTechnique for Clustered {
         self.assignment == Assignment::BruteForce
     }
 
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError> {
         Ok(Box::new(ClusteredCulling::new(device, *self, samples)?))
     }
 }

@@ -1,6 +1,6 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
-mod contents;
+pub(crate) mod contents;
 mod settings;
 
 use glam::UVec2;
@@ -14,7 +14,6 @@ use crate::{
     gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
     prepass::{DEPTH_FORMAT, MULTISAMPLED, visible_fragments},
-    settings::Samples,
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -90,17 +89,17 @@ impl LightCullingPasses for TiledCulling {
 
 impl TiledCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Tiled, samples: Samples) -> Result<Self, RenderError> {
-        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+    pub fn new(device: &wgpu::Device, settings: Tiled, samples: u32) -> Result<Self, RenderError> {
+        let multisampled: &[Feature] = if samples == 1 { &[] } else { &[MULTISAMPLED] };
         let bounds = DECLARED.link("light_culling/tiled/bounds", multisampled)?;
         let drawn = |module| {
-            SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples.count()))
+            SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples))
         };
         let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,
             bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),
-            bounds_drawn: (samples != Samples::One).then(|| drawn("light_culling/tiled/bounds_drawn")),
+            bounds_drawn: (samples > 1).then(|| drawn("light_culling/tiled/bounds_drawn")),
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,

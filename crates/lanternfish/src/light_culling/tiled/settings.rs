@@ -6,7 +6,6 @@ use super::{CULLING_TILED, DECLARED, TiledCulling};
 use crate::{
     error::RenderError,
     light_culling::{CullingTechnique, LightCullingPasses, TileSize},
-    settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -56,7 +55,7 @@ impl CullingTechnique for Tiled {
         CULLING_TILED
     }
 
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError> {
         Ok(Box::new(TiledCulling::new(device, *self, samples)?))
     }
 }

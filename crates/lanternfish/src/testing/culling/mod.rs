@@ -23,7 +23,7 @@ use crate::{
         clustered::{ClusteredCulling, contents::contents_of_grids},
     },
     prepass::Prepass,
-    settings::{Culling, Samples, Shadows},
+    settings::{Culling, Shadows},
     techniques::{ClusterShape, Clustered, Tiled},
     testing::{Random, context, probe},
     view::{View, tightened},
@@ -57,7 +57,7 @@ impl Compiled {
         Self {
             settings: settings.clone(),
             cells: *cells,
-            passes: LightCulling::new(&gpu.device, settings, Samples::One).unwrap(),
+            passes: LightCulling::new(&gpu.device, settings, 1).unwrap(),
             pixels: probe(gpu, "testing/pixels", &[LightCulling::feature(settings)], "pixels"),
         }
     }

@@ -155,7 +155,7 @@ impl PhotonPasses {
 
     /// The view's deep images, if photons are traced through them.
     fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
-        let structure: &dyn Any = self.trace.structure(view)?;
+        let structure: &dyn Any = self.trace.structure(&view.structures)?;
         structure.downcast_ref()
     }
 

@@ -160,7 +160,7 @@ impl IndirectPasses for VirtualLightPasses {
                 }
                 let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
                 frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
-                shadow.dispatch(frame, view, &lit.buffer("chosen_lights", &chosen), groups);
+                shadow.dispatch(frame, &view.structures, &lit.buffer("chosen_lights", &chosen), groups);
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &irradiance)?;
