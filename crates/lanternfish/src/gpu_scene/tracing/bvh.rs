@@ -6,10 +6,11 @@ use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing,
+    Tracing,
     builder::Builder,
     levels,
     refit::{box_of, cost, refit},
+    triangles::TracedTriangle,
     upper::place_levels,
 };
 use crate::error::RenderError;

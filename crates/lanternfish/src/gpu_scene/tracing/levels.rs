@@ -14,7 +14,12 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing, builder::Builder, upper::UpperNodes};
+use super::{
+    Tracing,
+    builder::Builder,
+    triangles::{Source, TracedTriangle},
+    upper::UpperNodes,
+};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.

@@ -3,13 +3,10 @@
 use glam::Vec3;
 use lanternfish_scene::{AlphaMode, Material, Scene};
 
-use super::{
-    super::upload::{
-        lobes::Shading,
-        materials::dielectric_f0,
-        mips::{mean, mean_alpha},
-    },
-    Tracing,
+use super::super::upload::{
+    lobes::Shading,
+    materials::dielectric_f0,
+    mips::{mean, mean_alpha},
 };
 
 /// Words of a [`Block`].
@@ -70,15 +67,5 @@ impl Pane {
             AlphaMode::Blend => -1.0,
         };
         [tint.x, tint.y, tint.z, f0.x, f0.y, f0.z, f90, material.base_color.w, cutoff]
-    }
-}
-
-impl Tracing {
-    /// Writes the blocks of the panes.
-    pub fn write_panes(&mut self, scene: &Scene, shading: Shading) {
-        for pane in &self.panes {
-            let block = pane.block(&scene.materials[pane.material], shading);
-            self.masks[pane.address as usize..][..PANE_WORDS].copy_from_slice(bytemuck::cast_slice(&block));
-        }
     }
 }
