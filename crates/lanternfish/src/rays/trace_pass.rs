@@ -21,13 +21,7 @@ impl TracePass {
     }
 
     /// Adds the pass to a frame with these structures.
-    pub fn dispatch(
-        &self,
-        frame: &mut Frame<'_>,
-        structures: &Structures,
-        bindings: &Bindings<'_>,
-        groups: [u32; 3],
-    ) {
+    pub fn dispatch(&self, frame: &mut Frame<'_>, structures: &Structures, bindings: &Bindings<'_>, groups: [u32; 3]) {
         self.for_each_part(structures, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
     }
 
@@ -55,12 +49,7 @@ impl TracePass {
         built.map(|(_, structure)| structure.as_ref())
     }
 
-    fn for_each_part(
-        &self,
-        structures: &Structures,
-        bindings: &Bindings<'_>,
-        dispatch: &mut dyn FnMut(&Bindings<'_>),
-    ) {
+    fn for_each_part(&self, structures: &Structures, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
         match self.structure(structures) {
             Some(structure) => structure.for_each_part(bindings, dispatch),
             None => dispatch(bindings),

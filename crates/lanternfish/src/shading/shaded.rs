@@ -1,8 +1,8 @@
 //! A view after shading.
 
 use crate::{
-    direct_light::DirectLight, indirect::DemodulatedIrradiance, light_culling::LightLists, occlusion::AmbientVisibility,
-    shadows::VisibilityPlan, texture::Radiance,
+    direct_light::DirectLight, indirect::DemodulatedIrradiance, light_culling::LightLists,
+    occlusion::AmbientVisibility, shadows::VisibilityPlan, texture::Radiance,
 };
 
 /// A view after shading.

@@ -4,7 +4,9 @@ pub(crate) mod contents;
 mod settings;
 
 use glam::UVec2;
-use lanternfish_gpu::{AcrossFrames, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{
+    AcrossFrames, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan,
+};
 
 pub use self::{contents::TileContents, settings::Tiled};
 use super::{LightCullingPasses, LightLists, Reach, Volume};
@@ -81,7 +83,8 @@ impl LightCullingPasses for TiledCulling {
         let lists = views.iter().map(record).collect::<Result<Vec<_>, _>>()?;
         if reach == Reach::Surface {
             let tiles = |view: &ViewContext<'_>| self.dimensions(view.surface.size);
-            *self.cells.get(frame) = views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
+            *self.cells.get(frame) =
+                views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
         }
         Ok(lists)
     }
@@ -92,9 +95,8 @@ impl TiledCulling {
     pub fn new(device: &wgpu::Device, settings: Tiled, samples: u32) -> Result<Self, RenderError> {
         let multisampled: &[Feature] = if samples == 1 { &[] } else { &[MULTISAMPLED] };
         let bounds = DECLARED.link("light_culling/tiled/bounds", multisampled)?;
-        let drawn = |module| {
-            SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples))
-        };
+        let drawn =
+            |module| SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples));
         let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,

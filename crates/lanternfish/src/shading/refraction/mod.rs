@@ -95,7 +95,10 @@ impl Refraction {
             1 => view.middle.depth.clone(),
             _ => self.opaque.record(frame, view.scene, &view.draws, &view.buffer, view.view.size, None)?.depth,
         };
-        Ok(Some(Seen { opaque, backs: self.backs.record_backs(frame, view.scene, &view.buffer, view.view.size, &draws)? }))
+        Ok(Some(Seen {
+            opaque,
+            backs: self.backs.record_backs(frame, view.scene, &view.buffer, view.view.size, &draws)?,
+        }))
     }
 
     /// Copies the image as it is so far, and computes its levels.

@@ -4,13 +4,7 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::{DECLARED, Placed, ProbeParameters, SUMS_BYTES};
-use crate::{
-    context::ViewContext,
-    error::RenderError,
-    prepass::Surface,
-    texture::frame_layers,
-    view::PerView,
-};
+use crate::{context::ViewContext, error::RenderError, prepass::Surface, texture::frame_layers, view::PerView};
 
 /// Rays are guided by the frame before.
 pub(super) const GUIDED: Feature = Feature::new("guided");
