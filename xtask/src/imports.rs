@@ -1,8 +1,9 @@
 //! Tests the imports of every crate: no large cycle of files, and no technique imported outside its folder.
 //!
-//! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item that a
-//! module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part
-//! of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may import anything.
+//! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item
+//! that a module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use
+//! child::X` is part of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may
+//! import anything.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -28,8 +29,8 @@ const TECHNIQUES: &[&str] =
 const EXCEPTIONS: [&str; 2] =
     ["direct_light/auto.rs imports direct_light/sampled", "shading/forward.wesl imports direct_light/sampled/fragment"];
 
-/// Imports that point up between the library's folders: settings hold techniques, which are built for settings, and sampled lights are
-/// reflected as listed ones are.
+/// Imports that point up between the library's folders: settings hold techniques, which are built for settings, and
+/// sampled lights are reflected as listed ones are.
 const UP: [(&str, &str); 4] =
     [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion"), ("direct_light", "shading")];
 

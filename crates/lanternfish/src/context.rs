@@ -17,8 +17,8 @@ pub struct FrameContext<'a> {
     pub scene: &'a GpuScene,
     /// The views, in the order of their slots.
     pub views: &'a [View],
-    /// True if the frame is added to the mean of the frames before it. The mean is shown, and the rotation of the deep images' direction
-    /// set changes between frames.
+    /// True if the frame is added to the mean of the frames before it. The mean is shown, and the rotation of the deep
+    /// images' direction set changes between frames.
     pub is_averaged: bool,
     /// The caller's request for each view. If empty, the images are stored for [`crate::Renderer::render`].
     pub requests: &'a [ViewRequest<'a>],
@@ -61,8 +61,8 @@ pub struct ViewContext<'a> {
     pub middle: Surface,
     /// Rotation of this frame's direction sets, from the space of the set to world space.
     pub rotation: Quat,
-    /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame sets them before the
-    /// first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
+    /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame
+    /// sets them before the first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
     pub structures: Structures,
 }
 

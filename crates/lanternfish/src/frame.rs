@@ -219,8 +219,8 @@ impl Passes {
         Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structures: Vec::new() })
     }
 
-    /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre of every view, as far as the settings request
-    /// it.
+    /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre
+    /// of every view, as far as the settings request it.
     fn arriving(
         &mut self,
         frame: &mut Frame<'_>,
@@ -286,8 +286,8 @@ impl Passes {
     }
 }
 
-/// Number of successive frames of a mean that share the rotation of the direction set, so deep images are built once for them. Higher:
-/// fewer builds, but the set's directions stay visible for longer (figures: `progressive/README.md`).
+/// Number of successive frames of a mean that share the rotation of the direction set, so deep images are built once
+/// for them. Higher: fewer builds, but the set's directions stay visible for longer (figures: `progressive/README.md`).
 pub(crate) const FRAMES_PER_ROTATION: u32 = 4;
 
 /// The rotation of the direction set of the deep images; in a mean it changes every few frames.

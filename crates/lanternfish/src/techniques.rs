@@ -49,15 +49,15 @@ impl Kind for dyn CullingTechnique {
 }
 
 impl Renderer {
-    /// Contents of the last frame's clusters, one item per grid ([`Grouping`]), read back from the device for measurements. Empty before the
-    /// first frame, and without [`Clustered`].
+    /// Contents of the last frame's clusters, one item per grid ([`Grouping`]), read back from the device for
+    /// measurements. Empty before the first frame, and without [`Clustered`].
     #[doc(hidden)]
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
         self.culled(contents_of_grids)
     }
 
-    /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first frame, and without
-    /// [`Tiled`].
+    /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first
+    /// frame, and without [`Tiled`].
     #[doc(hidden)]
     pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
         self.culled(tiles_of_views)

@@ -2,8 +2,9 @@
 
 use crate::Frame;
 
-/// A value that frames leave for later ones. It is the default at first, and again as soon as what earlier frames left is not valid: after
-/// an error ([`crate::Pool::empty`]) and after another growth of lists ([`crate::Pool::set_growth`]). So no pass discards anything itself.
+/// A value that frames leave for later ones. It is the default at first, and again as soon as what earlier frames left
+/// is not valid: after an error ([`crate::Pool::empty`]) and after another growth of lists
+/// ([`crate::Pool::set_growth`]). So no pass discards anything itself.
 #[derive(Debug, Default)]
 pub struct AcrossFrames<T> {
     value: T,

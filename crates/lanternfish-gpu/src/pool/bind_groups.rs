@@ -4,8 +4,8 @@ use std::{collections::HashMap, num::NonZeroU64};
 
 use crate::made;
 
-/// A bound resource, as part of a cache key. The handles keep the resource alive, so that its identity is not reused while the bind group
-/// is cached.
+/// A bound resource, as part of a cache key. The handles keep the resource alive, so that its identity is not reused
+/// while the bind group is cached.
 #[derive(Debug, PartialEq, Eq, Hash)]
 enum Resource {
     Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),

@@ -1,8 +1,8 @@
 //! Transient resources that frames reuse: buffers, textures, uniform memory, bind groups.
 //!
-//! A frame requests a resource by label and size, and gets one that no other request of the same frame has. When the next frame begins,
-//! all resources are free again. A frame with the same requests in the same order as the previous one gets the same resources and creates
-//! none. A resource without a request in the last few frames is dropped.
+//! A frame requests a resource by label and size, and gets one that no other request of the same frame has. When the
+//! next frame begins, all resources are free again. A frame with the same requests in the same order as the previous
+//! one gets the same resources and creates none. A resource without a request in the last few frames is dropped.
 
 mod bind_groups;
 mod buffers;
@@ -22,8 +22,8 @@ pub(crate) use self::{
 
 use crate::{Arrived, GpuError, Growth, Outcome, capacity_policy::CapacityPolicy};
 
-/// Number of frames that an unused resource is kept. A higher number avoids allocations when a view changes back and forth, and holds
-/// more memory.
+/// Number of frames that an unused resource is kept. A higher number avoids allocations when a view changes back and
+/// forth, and holds more memory.
 const KEPT_FRAMES: u64 = 4;
 
 /// Transient resources that frames reuse. A frame's resources are valid until the next frame of the pool begins.
@@ -68,8 +68,8 @@ impl Pool {
         self.capacity_policy.capacities()
     }
 
-    /// Sets when the capacity of lists grows, from the next frame on, and discards what earlier frames left for later ones
-    /// ([`crate::AcrossFrames`]). The default is [`Growth::Blocking`].
+    /// Sets when the capacity of lists grows, from the next frame on, and discards what earlier frames left for later
+    /// ones ([`crate::AcrossFrames`]). The default is [`Growth::Blocking`].
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
         self.epoch += 1;
         self.capacity_policy.set_growth(device, growth)
@@ -80,8 +80,8 @@ impl Pool {
         self.capacity_policy.growth()
     }
 
-    /// Takes the outcome of the oldest frame with deferred readback. `None` while the device is still busy with it. Never waits; returns
-    /// each outcome once.
+    /// Takes the outcome of the oldest frame with deferred readback. `None` while the device is still busy with it.
+    /// Never waits; returns each outcome once.
     pub fn outcome(&mut self, device: &wgpu::Device) -> Option<Outcome> {
         self.capacity_policy.collect(device);
         self.capacity_policy.outcome()
@@ -107,8 +107,8 @@ impl Pool {
         self.bind_groups.all.clear();
     }
 
-    /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the device rejected.
-    /// Discards what earlier frames left for later ones, too ([`crate::AcrossFrames`]).
+    /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the
+    /// device rejected. Discards what earlier frames left for later ones, too ([`crate::AcrossFrames`]).
     pub fn empty(&mut self, device: &wgpu::Device) {
         self.epoch += 1;
         self.buffers = Buffers::new(device);
@@ -127,7 +127,8 @@ impl Pool {
         self.textures.get(device, &mut self.memory, wanted)
     }
 
-    /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of `commands`.
+    /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of
+    /// `commands`.
     pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
         self.frame += 1;
         self.memory.begin();

@@ -38,11 +38,14 @@ gpu_struct! {
 
 /// Least weight of a frame. Lower: smoother edges and less noise; ghosts and blur last longer.
 const LEAST_WEIGHT: f32 = 0.1;
-/// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is short.
+/// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is
+/// short.
 const POINTS: u32 = 16;
-/// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more flicker.
+/// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more
+/// flicker.
 const TEXTURE_WIDTH: f32 = 0.5;
-/// Frames without a change before a change of light that restarts the history. Less: edges in flickering light have steps.
+/// Frames without a change before a change of light that restarts the history. Less: edges in flickering light have
+/// steps.
 const UNCHANGED: u32 = 8;
 /// Bytes of a pixel in one of a view's two textures.
 const BYTES_PER_PIXEL: u64 = 8;
@@ -66,7 +69,8 @@ struct ViewHistory {
     frames: u32,
 }
 
-/// Shifts a view by the subpixel jitter of a frame, and narrows the filter of its textures. `frames`: number of its known earlier frames.
+/// Shifts a view by the subpixel jitter of a frame, and narrows the filter of its textures. `frames`: number of its
+/// known earlier frames.
 pub(crate) fn jitter(view: &mut View, frames: u32) {
     if frames > 0 {
         view.shift(jitter_of(view, frames));
@@ -74,7 +78,8 @@ pub(crate) fn jitter(view: &mut View, frames: u32) {
     }
 }
 
-/// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
+/// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has
+/// none.
 fn jitter_of(view: &View, frames: u32) -> Vec2 {
     let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(2 + (frames - 1) % POINTS) };
     view.jitter_extent() * point
@@ -97,8 +102,8 @@ impl TemporalAntialiasing {
         self.histories.clear();
     }
 
-    /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits; alpha is the coverage of
-    /// surfaces. The view is jittered.
+    /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits;
+    /// alpha is the coverage of surfaces. The view is jittered.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -1,4 +1,5 @@
-//! Arbitrary output variables (AOVs): what the nearest surface at each pixel's centre is, as numbers, for data sets and compositing.
+//! Arbitrary output variables (AOVs): what the nearest surface at each pixel's centre is, as numbers, for data sets and
+//! compositing.
 
 #[cfg(test)]
 mod tests;
@@ -27,9 +28,11 @@ pub(crate) const DECLARED: Shaders =
 /// What the texels of the two targets hold: `surface.wesl`.
 const FORMATS: [wgpu::TextureFormat; 2] = [wgpu::TextureFormat::Rgba32Uint, wgpu::TextureFormat::Rgba32Float];
 
-/// What the nearest surface at each pixel's centre is. Rows from the top, without antialiasing: no value is a mix of two surfaces.
+/// What the nearest surface at each pixel's centre is. Rows from the top, without antialiasing: no value is a mix of
+/// two surfaces.
 ///
-/// A surface counts where its opacity is at least ½, so glass counts and an alpha mask's holes do not. Where there is no surface every value is 0.
+/// A surface counts where its opacity is at least ½, so glass counts and an alpha mask's holes do not. Where there is
+/// no surface every value is 0.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Aovs {
@@ -47,8 +50,8 @@ pub struct Aovs {
     pub normal: Vec<[f32; 3]>,
     /// Base colour, linear Rec. 709, 0 to 1.
     pub albedo: Vec<[f32; 3]>,
-    /// Where the point of the surface is in the next frame, less where it is now: x right and y down, pixels. 0 without a next frame, and for
-    /// points that the next frame's camera has behind it.
+    /// Where the point of the surface is in the next frame, less where it is now: x right and y down, pixels. 0 without
+    /// a next frame, and for points that the next frame's camera has behind it.
     pub motion: Vec<[f32; 2]>,
     /// Index in [`Scene::instances`](lanternfish_scene::Scene::instances), plus 1.
     pub instance: Vec<u32>,
@@ -91,7 +94,8 @@ impl AovPass {
         Self { solid: raster(&[MOTION, IDENTIFIED], true), transparent: raster(&[MOTION, IDENTIFIED, MASKED], false) }
     }
 
-    /// Draws a view's surfaces and returns the two targets. `other_frame`: the view and the geometry to which motion is relative.
+    /// Draws a view's surfaces and returns the two targets. `other_frame`: the view and the geometry to which motion is
+    /// relative.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -172,7 +176,8 @@ impl Aovs {
     }
 }
 
-/// The point at this distance along the view axis that a point of the image shows, view space: as `view_from_depth` of `view.wesl`.
+/// The point at this distance along the view axis that a point of the image shows, view space: as `view_from_depth` of
+/// `view.wesl`.
 fn view_from_distance(view: &View, pixel: DVec2, distance: f64) -> DVec3 {
     let ndc = pixel / view.size.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
     let [x, y, z, w] = [0, 1, 2, 3].map(|column| view.clip_from_view.col(column).as_dvec4());

@@ -122,8 +122,8 @@ impl Passes {
         accumulated.map(Some)
     }
 
-    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one buffer, both run in bands
-    /// of rows.
+    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one
+    /// buffer, both run in bands of rows.
     fn by_bands(
         &mut self,
         frame: &mut Frame<'_>,

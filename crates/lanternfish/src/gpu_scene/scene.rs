@@ -304,7 +304,8 @@ impl GpuScene {
 
     /// The environment as light.
     ///
-    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records a frame.
+    /// Panics if the scene was uploaded with settings that do not require it; a renderer checks that before it records
+    /// a frame.
     #[doc(hidden)]
     pub fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")

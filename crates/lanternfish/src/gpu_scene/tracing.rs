@@ -60,23 +60,24 @@ pub struct Tracing {
     pub panes: Vec<Pane>,
     /// Number of triangles with a record.
     pub record_count: usize,
-    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's second and third corner.
+    /// For each opacity micromap, by its reference, the convex hull of what is not empty: weights of a triangle's
+    /// second and third corner.
     pub hulls: HashMap<u32, Vec<Vec2>>,
 }
 
 impl Tracing {
-    /// Gathers the triangles of every instance, except those that have a vertex twice or a vertex that is not finite. A triangle whose
-    /// transformed corners are not finite becomes a point.
+    /// Gathers the triangles of every instance, except those that have a vertex twice or a vertex that is not finite. A
+    /// triangle whose transformed corners are not finite becomes a point.
     ///
-    /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one word per mask are
-    /// kept in any case.
+    /// If the masks take more than `mask_bytes`, the largest are halved in resolution until they fit. Records and one
+    /// word per mask are kept in any case.
     pub fn new(scene: &Scene, mask_bytes: u64) -> Self {
         let parts = (0..).zip(&scene.instances).flat_map(|i| parts_of(scene, i, None)).collect();
         Self::of_parts(scene, parts, mask_bytes)
     }
 
-    /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where each triangle is a leaf of
-    /// the light tree. `decided`: see [`levels::places`].
+    /// The same in two levels. If hits are shaded, instances of emissive surfaces have these in the upper tree, where
+    /// each triangle is a leaf of the light tree. `decided`: see [`levels::places`].
     pub fn in_levels(scene: &Scene, mask_bytes: u64, has_hits: bool, decided: &Decided) -> Self {
         let is_flat = |part: &Part| has_hits && is_emissive(&scene.materials[part.of(scene).1.material]);
         let (mut parts, mut levels, mut meshes) = (Vec::new(), Vec::new(), BTreeSet::new());
@@ -157,8 +158,8 @@ fn parts_of<'s>(
     traced.map(move |(primitive, _)| Part { instance: index, primitive, mesh })
 }
 
-/// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse a product and a
-/// sum.
+/// Panics unless both hold the same triangles in the same order, with corners within a few roundings: a device may fuse
+/// a product and a sum.
 #[cfg(test)]
 pub fn assert_same_corners(actual: &[TracedTriangle], expected: &[TracedTriangle]) {
     assert_eq!(actual.len(), expected.len());
@@ -170,8 +171,8 @@ pub fn assert_same_corners(actual: &[TracedTriangle], expected: &[TracedTriangle
     }
 }
 
-/// Pixels that differ between images of scenes whose traced triangles are these. If a device has rounded corners differently from the host, rays draw
-/// other noise: then none if the means agree within 2 %, and all if not.
+/// Pixels that differ between images of scenes whose traced triangles are these. If a device has rounded corners
+/// differently from the host, rays draw other noise: then none if the means agree within 2 %, and all if not.
 #[cfg(test)]
 pub fn differing(images: [&[[f32; 4]]; 2], triangles: [&[TracedTriangle]; 2]) -> usize {
     let [a, b] = images;

@@ -1,13 +1,14 @@
 //! Updates a scene on the device.
 //!
-//! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
-//!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
-//!    replaces the last one. In two levels the scene is also uploaded again in these cases: a mesh's only instance moves for the first time,
-//!    and the mesh gets a tree; a mesh that has a tree bends; a surface begins or ends to emit, and hits are shaded; an instance becomes
-//!    flat. Else:
-//! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
-//! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
-//!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
+//! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes,
+//!    instances, textures, kinds of materials), the scene is uploaded again, except the images and the environment that
+//!    are unchanged. Another environment replaces the last one. In two levels the scene is also uploaded again in these
+//!    cases: a mesh's only instance moves for the first time, and the mesh gets a tree; a mesh that has a tree bends; a
+//!    surface begins or ends to emit, and hits are shaded; an instance becomes flat. Else:
+//! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over
+//!    them.
+//! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms
+//!    the traced triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
 
 mod one;
 mod outline;
@@ -48,15 +49,15 @@ use crate::{
 };
 
 impl GpuScene {
-    /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is unique among all
-    /// uploads. Lights do not change it.
+    /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is
+    /// unique among all uploads. Lights do not change it.
     #[doc(hidden)]
     pub fn generation(&self) -> u64 {
         self.placed.generation
     }
 
-    /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and is unique among all
-    /// uploads.
+    /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and
+    /// is unique among all uploads.
     #[doc(hidden)]
     pub fn revision(&self) -> u64 {
         self.placed.revision
@@ -132,7 +133,8 @@ impl GpuScene {
                 self.placed.is_unsure = false;
                 return Ok(());
             }
-            // With a tree of its own a mesh's only instance moves at little cost from then on; without one a mesh bends so.
+            // With a tree of its own a mesh's only instance moves at little cost from then on; without one a mesh bends
+            // so.
             let of_moved = moved.iter().map(|(instance, _)| scene.instances[*instance].mesh);
             let meshes: BTreeSet<usize> = of_moved.chain(bent.iter().copied()).collect();
             let decide = |mesh: usize| (mesh, bent.binary_search(&mesh).is_err());
@@ -203,7 +205,8 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Uploads a scene that has the same outline. Transforms of the previous frame are kept for motion vectors, if the draws are as before.
+    /// Uploads a scene that has the same outline. Transforms of the previous frame are kept for motion vectors, if the
+    /// draws are as before.
     fn upload_again(
         &mut self,
         device: &wgpu::Device,

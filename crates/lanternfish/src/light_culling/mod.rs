@@ -1,7 +1,7 @@
 //! Light culling: lists of the lights that may reach a point.
 //!
-//! Every technique produces one structure, read through `light_list.wesl`: cell c lists `light_indices[light_cells[c] .. light_cells[c +
-//! 1]]`, ascending. Techniques: [`all`] (the baseline), [`tiled`], [`clustered`].
+//! Every technique produces one structure, read through `light_list.wesl`: cell c lists `light_indices[light_cells[c]
+//! .. light_cells[c + 1]]`, ascending. Techniques: [`all`] (the baseline), [`tiled`], [`clustered`].
 
 pub mod all;
 pub mod clustered;

@@ -113,8 +113,8 @@ impl Surface {
 }
 
 impl Prepass {
-    /// Compiles nothing; the first scene compiles the pipelines. `with_target`: true if a later pass reads normals or roughness, which need
-    /// one sample per pixel.
+    /// Compiles nothing; the first scene compiles the pipelines. `with_target`: true if a later pass reads normals or
+    /// roughness, which need one sample per pixel.
     pub fn new(with_target: bool, samples: u32) -> Self {
         let writes = if with_target && samples == 1 { Writes::Surface } else { Writes::Depth };
         let module = if writes == Writes::Surface { "prepass/prepass" } else { "prepass/depth" };
@@ -149,7 +149,8 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// A prepass of opaque surfaces that scatter light from behind, with the normals of their other sides and one sample per pixel.
+    /// A prepass of opaque surfaces that scatter light from behind, with the normals of their other sides and one
+    /// sample per pixel.
     pub(crate) fn of_other_sides() -> Self {
         let state = state(Writes::Surface, 1);
         let raster = SceneRaster::new("prepass/from_behind", DECLARED, "prepass/prepass", &[FROM_BEHIND], true, state);
@@ -163,7 +164,8 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass [`Self::of_moving`] needs.
+    /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass
+    /// [`Self::of_moving`] needs.
     pub(crate) fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -179,8 +181,9 @@ impl Prepass {
         self.draw(frame, scene, &draws.solid, &bindings, size, before)
     }
 
-    /// Draws some of a view's surfaces: the transparent ones that are nearer than the opaque surface at the pixel's centre, of which it keeps
-    /// the nearest, or some opaque ones again. For a prepass [`Self::of_transparent`], [`Self::of_coats`] or [`Self::of_other_sides`].
+    /// Draws some of a view's surfaces: the transparent ones that are nearer than the opaque surface at the pixel's
+    /// centre, of which it keeps the nearest, or some opaque ones again. For a prepass [`Self::of_transparent`],
+    /// [`Self::of_coats`] or [`Self::of_other_sides`].
     pub(crate) fn record_some(
         &mut self,
         frame: &mut Frame<'_>,

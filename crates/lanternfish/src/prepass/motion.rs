@@ -13,8 +13,8 @@ use crate::{
 /// Motion since the previous frame is written or read.
 pub(crate) const MOTION: Feature = Feature::new("motion");
 
-/// Format of motion in uv, defined in `motion.wesl`. Its step is at most 1/1024 of the motion, so the error at 16 pixels is below 1/64 of a
-/// pixel; the smallest step is 2⁻²⁴.
+/// Format of motion in uv, defined in `motion.wesl`. Its step is at most 1/1024 of the motion, so the error at 16
+/// pixels is below 1/64 of a pixel; the smallest step is 2⁻²⁴.
 pub(crate) const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
 gpu_struct! {
@@ -91,7 +91,8 @@ pub struct Motion {
     pub target: wgpu::TextureView,
     /// The previous frame; none if the view is new or shows another scene.
     pub(crate) before: Option<Before>,
-    /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes those of this frame.
+    /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes
+    /// those of this frame.
     pub(crate) places: Option<PingPong>,
     views: BufferPart,
 }
@@ -107,8 +108,8 @@ impl ShownViews {
         self.shown.clear();
     }
 
-    /// Returns the previous frame of a view and stores the current one. Without history the view is its own predecessor: a new view,
-    /// another scene, or a scene that several renderers changed more than once between frames.
+    /// Returns the previous frame of a view and stores the current one. Without history the view is its own
+    /// predecessor: a new view, another scene, or a scene that several renderers changed more than once between frames.
     pub fn follow<'s>(
         &mut self,
         frame: &mut Frame<'_>,

@@ -70,8 +70,8 @@ impl Progressive {
         self.subject = None;
     }
 
-    /// The index of the next frame of these views: 0 if the means belong to other views, or to a scene that has changed since. A frame that
-    /// begins and does not [`Self::finish`] leaves no mean.
+    /// The index of the next frame of these views: 0 if the means belong to other views, or to a scene that has changed
+    /// since. A frame that begins and does not [`Self::finish`] leaves no mean.
     pub fn begin(&mut self, scene: &GpuScene, views: &[View]) -> u32 {
         let subject = self.subject.take();
         subject.filter(|s| s.revision == scene.revision() && s.views == views).map_or(0, |s| s.frames)
@@ -82,7 +82,8 @@ impl Progressive {
         self.subject = Some(Subject { views: views.to_vec(), revision: scene.revision(), frames: index + 1 });
     }
 
-    /// Adds the radiance of a view's frame to the mean of its slot and returns the mean, linear, nits. `view` holds the frame index.
+    /// Adds the radiance of a view's frame to the mean of its slot and returns the mean, linear, nits. `view` holds the
+    /// frame index.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

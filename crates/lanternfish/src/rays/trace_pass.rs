@@ -4,7 +4,8 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use super::{Structure, Structures, TracedStructure, Tracer};
 
-/// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's bindings.
+/// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's
+/// bindings.
 ///
 /// A structure may have parts. The pass then runs once for each part, and each run answers for its part alone.
 #[derive(Debug)]

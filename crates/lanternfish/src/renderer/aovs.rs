@@ -13,8 +13,9 @@ use crate::{
 };
 
 impl Renderer {
-    /// What the nearest surface at each pixel's centre is, aligned with the image of [`Self::render`] to the pixel, whatever the settings.
-    /// Draws the scene again, and waits for the device. `next`: the next frame, for motion; it has the same meshes and instances.
+    /// What the nearest surface at each pixel's centre is, aligned with the image of [`Self::render`] to the pixel,
+    /// whatever the settings. Draws the scene again, and waits for the device. `next`: the next frame, for motion; it
+    /// has the same meshes and instances.
     pub fn aovs(
         &mut self,
         scene: &GpuScene,

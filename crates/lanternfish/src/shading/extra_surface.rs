@@ -1,8 +1,8 @@
-//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent surface, at the
-//! clear coat, or at the other side of a surface that scatters light through.
+//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent
+//! surface, at the clear coat, or at the other side of a surface that scatters light through.
 //!
-//! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror most, both mirror the
-//! same.
+//! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror
+//! most, both mirror the same.
 
 use lanternfish_gpu::Frame;
 
@@ -43,8 +43,8 @@ struct Passes {
 }
 
 impl ExtraSurface {
-    /// Transparent surfaces. Glass is smooth: rays are traced through the BVH, from every pixel, with at least one about the mirror
-    /// direction.
+    /// Transparent surfaces. Glass is smooth: rays are traced through the BVH, from every pixel, with at least one
+    /// about the mirror direction.
     pub fn nearest_transparent(settings: &Settings, tracer: Option<Tracer>) -> Self {
         Self::new(Kind::NearestTransparent, settings, tracer)
     }

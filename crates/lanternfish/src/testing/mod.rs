@@ -1,5 +1,5 @@
-//! Test support for this crate and for crates with further techniques (feature `testing`): kernels that evaluate single shader functions,
-//! checks of every shader, and small scenes.
+//! Test support for this crate and for crates with further techniques (feature `testing`): kernels that evaluate single
+//! shader functions, checks of every shader, and small scenes.
 //!
 //! The probes are not part of the library's shaders: `build.rs` excludes this folder.
 

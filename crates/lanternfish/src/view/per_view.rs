@@ -16,8 +16,8 @@ pub(crate) enum ViewKey {
 /// Number of frames that the value of a view is stored while no frame contains the view.
 const STORED_FRAMES: u64 = 64;
 
-/// A value of each view: its last frame left it, this one takes it and leaves the next. It is gone where [`AcrossFrames`] are, and if that
-/// frame was long ago.
+/// A value of each view: its last frame left it, this one takes it and leaves the next. It is gone where
+/// [`AcrossFrames`] are, and if that frame was long ago.
 #[derive(Debug)]
 pub(crate) struct PerView<T> {
     /// Each with the index of its frame.

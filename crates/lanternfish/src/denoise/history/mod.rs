@@ -47,7 +47,8 @@ gpu_struct! {
         requested_frames: f32,
         /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
         reset_deviations: f32,
-        /// Noise from which on the history is clamped around the neighbourhood's mean; without noise, around the pixel's own estimate. 0: always the mean.
+        /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to
+        /// the pixel's own estimate. 0: always the mean.
         noise_of_mean: f32,
         /// Unused.
         _pad: u32,
@@ -60,8 +61,8 @@ gpu_struct! {
 
 /// Longest history of a pixel while the view moves, frames. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and every entry of the radiance
-/// cache gets a sample per frame.
+/// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and
+/// every entry of the radiance cache gets a sample per frame.
 pub(crate) const RESET_FRAMES: u32 = 8;
 /// Largest distance of a restarted history from the neighbourhood's mean after its first frame, standard deviations.
 const LATER_DEVIATIONS: f32 = 4.0;
@@ -70,14 +71,16 @@ const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Effect of any change of the scene on the history of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HistoryReset {
-    /// Length of the reset window, frames, with that of the change: the history is clamped to the neighbourhood in this frame.
+    /// Length of the reset window, frames, with that of the change: the history is clamped to the neighbourhood in this
+    /// frame.
     pub lasts: u32,
     /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
-    /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations. More: less noise, more lag.
+    /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations.
+    /// More: less noise, more lag.
     pub deviations: f32,
-    /// Noise (relative) from which on the history is clamped around the mean of the neighbourhood; at less, nearer to the pixel's own estimate. 0: always
-    /// the mean.
+    /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to the
+    /// pixel's own estimate. 0: always the mean.
     pub noise_of_mean: f32,
     /// After a single change, the history has the frames since then, and only its first is clamped to `deviations`.
     pub restarts: bool,
@@ -141,9 +144,10 @@ impl Histories {
         Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: PerView::default() })
     }
 
-    /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of the frame: outside a mean of
-    /// frames those of the history, which is not the pool's. Their alphas hold noise (layers 0 and 2) and history lengths. Pixels whose history is
-    /// shorter than `clamped_frames` are clamped again for their own length.
+    /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of
+    /// the frame: outside a mean of frames those of the history, which is not the pool's. Their alphas hold noise
+    /// (layers 0 and 2) and history lengths. Pixels whose history is shorter than `clamped_frames` are clamped again
+    /// for their own length.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -41,8 +41,8 @@ struct MaskImage {
     halvings: u32,
 }
 
-/// [`super::Tracing::masks`], where blocks of panes are still empty, and [`super::Tracing::panes`]. Writes the headers' addresses
-/// into the records.
+/// [`super::Tracing::masks`], where blocks of panes are still empty, and [`super::Tracing::panes`]. Writes the headers'
+/// addresses into the records.
 pub fn pack_masks(scene: &Scene, records: &mut [MaskRecord], mask_bytes: u64) -> (Vec<u32>, Vec<Pane>) {
     // Equal headers and equal images are stored once each, in the order of their first use.
     let mut images = Vec::new();

@@ -1,4 +1,5 @@
-//! Panes: thin surfaces that let part of the light pass straight. Each is a mask that is solid nowhere, with a block of what it lets pass.
+//! Panes: thin surfaces that let part of the light pass straight. Each is a mask that is solid nowhere, with a block of
+//! what it lets pass.
 
 use glam::Vec3;
 use lanternfish_scene::{AlphaMode, Material, Scene};
@@ -12,8 +13,9 @@ use super::super::upload::{
 /// Words of a [`Block`].
 pub const PANE_WORDS: usize = 9;
 
-/// Of what enters the surface, the fraction that it transmits (three channels); reflectance at normal incidence (three) and at grazing
-/// incidence; the factor of alpha; the alpha from which the surface is there, or -1: alpha is its coverage (`gpu_scene/mask.wesl`).
+/// Of what enters the surface, the fraction that it transmits (three channels); reflectance at normal incidence (three)
+/// and at grazing incidence; the factor of alpha; the alpha from which the surface is there, or -1: alpha is its
+/// coverage (`gpu_scene/mask.wesl`).
 pub type Block = [f32; PANE_WORDS];
 
 /// A pane's material.

@@ -55,8 +55,8 @@ impl Part {
     }
 }
 
-/// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose corners are not finite
-/// becomes a point: no ray hits it; so does an instance's box, which is of no part.
+/// Triangles of these sources with the scene's current transforms, world space, in the same order. A triangle whose
+/// corners are not finite becomes a point: no ray hits it; so does an instance's box, which is of no part.
 pub fn pose(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<TracedTriangle> {
     let pose_triangle = |source: &Source| {
         let corners = parts.get(source.part as usize).map(|part| part.corners(scene, source.triangle as usize));

@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use crate::error::RenderError;
 
-/// Number of texels of an image that are hashed to identify it, in addition to its size; all texels of a smaller image are hashed.
+/// Number of texels of an image that are hashed to identify it, in addition to its size; all texels of a smaller image
+/// are hashed.
 const TEXELS: usize = 1024;
 
 /// All data of a scene that an update in place does not write; large lists by a hash.
@@ -56,8 +57,8 @@ impl Outline {
         self.instances.iter().copied()
     }
 
-    /// An error if `scene` differs from the upload in the number of meshes, of their primitives, vertices or indices, or of instances, or
-    /// in the meshes of instances: the checks that do not read vertices.
+    /// An error if `scene` differs from the upload in the number of meshes, of their primitives, vertices or indices,
+    /// or of instances, or in the meshes of instances: the checks that do not read vertices.
     pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
         let changed = |what: String| Err(RenderError::NeedsUpdate { what });
         for (what, was, is) in [

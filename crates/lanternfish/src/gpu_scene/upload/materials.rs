@@ -19,7 +19,8 @@ use super::{
 /// Name of the uniform buffer with the material of a draw.
 pub(in crate::gpu_scene) const MATERIAL_OF_DRAW: &str = "material_of_draw";
 
-/// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding may have.
+/// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding
+/// may have.
 #[derive(Debug)]
 pub(in crate::gpu_scene) struct Materials {
     buffer: wgpu::Buffer,
@@ -84,8 +85,8 @@ impl Materials {
     }
 }
 
-/// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the texture values
-/// `tint` and `weight`.
+/// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the
+/// texture values `tint` and `weight`.
 pub(in crate::gpu_scene) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
     (tinted_f0(material) * tint).min(Vec3::ONE) * (material.specular * weight)
 }

@@ -14,8 +14,8 @@ pub(super) const BATCH: usize = 16;
 const HARDWARE_ANISOTROPY: u16 = 16;
 /// Value of [`Anisotropy::Auto`] on a software adapter: the README lists the time and the error of each value there.
 const SOFTWARE_ANISOTROPY: u16 = 4;
-/// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that takes a second
-/// without; 25.0.7 is fine; those between are untested.
+/// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that
+/// takes a second without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
 /// Names of a material's textures and samplers, if textures are not one array.
 const NAMES: [(&str, &str); MAPS] = [
@@ -32,13 +32,15 @@ const NAMES: [(&str, &str); MAPS] = [
     ("coat_roughness_or_grain_texture", "coat_roughness_or_grain_sampler"),
     ("coat_normal_or_film_texture", "coat_normal_or_film_sampler"),
 ];
-/// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a software adapter maps
-/// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
+/// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a
+/// software adapter maps memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a
+/// frame draw a material again.
 const MOST_BOUND_MATERIALS: usize = 8192;
 /// Textures of a material that are shaded.
 const MAPS: usize = 12;
 
-/// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
+/// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all
+/// levels, bytes.
 pub(in crate::gpu_scene) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
 
 /// The textures of a scene on the device. Texture 0 is one white texel.
@@ -249,7 +251,8 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// Greatest number of anisotropic samples if the adapter decides: 1 on a software driver that is known to stall with more.
+/// Greatest number of anisotropic samples if the adapter decides: 1 on a software driver that is known to stall with
+/// more.
 pub fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     match (adapter.device_type, software_mesa(adapter)) {
         (_, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,

@@ -41,17 +41,20 @@ fn expected_entries(entries: u32, sample_index: u32) -> u32 {
     (u64::from(entries) * (done + 2) / done).min(u32::MAX.into()) as u32
 }
 
-/// True if a table holds so many entries without losing any. Tables lose the first ones when two thirds of their slots are taken.
+/// True if a table holds so many entries without losing any. Tables lose the first ones when two thirds of their slots
+/// are taken.
 fn has_room(slots: u32, entries: u32) -> bool {
     5 * u64::from(entries) <= 3 * u64::from(slots)
 }
 
 impl RadianceCache {
-    /// True if an image's first frame has to start over because the table was too small. It is then replaced by a larger, empty one, and the view's rays
-    /// have to look up their entries again. `sample_index`: the last processed one of `sample_count`.
+    /// True if an image's first frame has to start over because the table was too small. It is then replaced by a
+    /// larger, empty one, and the view's rays have to look up their entries again. `sample_index`: the last processed
+    /// one of `sample_count`.
     ///
-    /// The check blocks the frame. Before the last sample index it is skipped once a frame has been completed with this table. In the first
-    /// quarter of the sample indices a table that is expected to become too small counts as such, since starting over later costs more.
+    /// The check blocks the frame. Before the last sample index it is skipped once a frame has been completed with this
+    /// table. In the first quarter of the sample indices a table that is expected to become too small counts as such,
+    /// since starting over later costs more.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,

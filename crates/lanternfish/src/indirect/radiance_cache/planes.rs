@@ -10,8 +10,8 @@ use crate::{
 };
 
 gpu_struct! {
-    /// The plane of a triangle, in a sixth of the memory of the triangle. The error of its normal is up to 6.4e-5 rad: 20 m from the triangle's first
-    /// corner the error is about 1 mm, while voxels are about a hundredth of the scene.
+    /// The plane of a triangle, in a sixth of the memory of the triangle. The error of its normal is up to 6.4e-5 rad:
+    /// 20 m from the triangle's first corner the error is about 1 mm, while voxels are about a hundredth of the scene.
     pub struct TrianglePlane {
         /// Unit normal, on the side from which the corners are counterclockwise; octahedral, two snorms of 16 bits.
         normal: u32,

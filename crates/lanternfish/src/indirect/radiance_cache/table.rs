@@ -185,8 +185,8 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), migrate: kernel("migrate"), migrate_hits: kernel("migrate_hits") })
     }
 
-    /// Migrates the entries to a larger table if `parameters` have more slots. Every `kept` frames, migrates them to another table of the same size and
-    /// evicts those that were not requested for that long.
+    /// Migrates the entries to a larger table if `parameters` have more slots. Every `kept` frames, migrates them to
+    /// another table of the same size and evicts those that were not requested for that long.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -19,7 +19,8 @@ impl RadianceCache {
         let mut lists = cache.lists.clone();
         let sample_count = most.min(cache.parameters.fewest);
         for sample_index in 0..sample_count {
-            // New entries, and the new entries that their rays hit, get several samples in sequence; other entries get one at the first sample index.
+            // New entries, and the new entries that their rays hit, get several samples in sequence; other entries get
+            // one at the first sample index.
             let is_first = sample_index == 0;
             // Rays have voted for the entries that this update number schedules.
             debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);

@@ -42,8 +42,8 @@ pub(in crate::indirect) struct RayPasses {
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
     shadow: SceneKernel,
-    /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow rays: their light is added after
-    /// that of emissive triangles and the environment, not in turn.
+    /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow
+    /// rays: their light is added after that of emissive triangles and the environment, not in turn.
     shades_many: bool,
     emitters: Option<SceneKernel>,
     entries: Option<EntryPasses>,

@@ -22,8 +22,9 @@ pub struct Clustered {
     pub assignment: Assignment,
     /// Test of a light against a cluster. The image is the same.
     pub test: ClusterTest,
-    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene;
-    /// so they do if the scene ends farther away. More: more clusters, of which none is visible; displaced clusters change.
+    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters
+    /// end with the scene; so they do if the scene ends farther away. More: more clusters, of which none is visible;
+    /// displaced clusters change.
     pub depth: u32,
 }
 
@@ -62,7 +63,8 @@ named_enum! {
 named_enum! {
     /// Test of a light against a cluster.
     ClusterTest {
-        /// Rejects lights behind one of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
+        /// Rejects lights behind one of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always
+        /// tested as such.
         Planes = "planes": "Tests lights against the cluster's planes: conservative, longer lists",
         /// Also rejects lights out of reach of its bounding box: shorter lists.
         PlanesAndBox = "planes-and-box": "Also tests them against the box around the cluster: shorter lists",

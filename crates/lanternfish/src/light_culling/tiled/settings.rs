@@ -15,8 +15,8 @@ use crate::{
 pub struct Tiled {
     /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
     pub tile_size: TileSize,
-    /// Also tests lights against the box around the tile's frustum. On: fewer lights a tile, slightly more work per tile [Elagabani2025,
-    /// §4.2.3].
+    /// Also tests lights against the box around the tile's frustum. On: fewer lights a tile, slightly more work per
+    /// tile [Elagabani2025, §4.2.3].
     pub aabb_test: bool,
 }
 

@@ -1,4 +1,5 @@
-//! Checks that any light culling technique is conservative: every light in range of a visible point is in the point's list.
+//! Checks that any light culling technique is conservative: every light in range of a visible point is in the point's
+//! list.
 
 mod cases;
 mod counted;
@@ -84,8 +85,8 @@ impl<'g> Bench<'g> {
         }
     }
 
-    /// The lists of every technique for the surfaces or, if `free` is given, for one point per pixel at these depths. Checks that each list
-    /// is in ascending order without duplicates.
+    /// The lists of every technique for the surfaces or, if `free` is given, for one point per pixel at these depths.
+    /// Checks that each list is in ascending order without duplicates.
     fn lists(&mut self, scene: &Scene, camera: &Camera, free: Option<&[f32]>) -> Vec<Lists> {
         let Self { gpu, renderer, profiler, prepass, techniques } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
@@ -232,7 +233,8 @@ fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
     (0..SIZE.x * SIZE.y).map(depth).collect()
 }
 
-/// Panics if a technique misses a light or lists one beyond the device's count, or if the checks do not detect shorter ranges.
+/// Panics if a technique misses a light or lists one beyond the device's count, or if the checks do not detect shorter
+/// ranges.
 pub fn check_culling(gpu: &Gpu, cases: &[Case]) {
     let mut bench = Bench::new(gpu, cases);
     bench.sees_a_tenth_of_range_missing();
