@@ -87,9 +87,9 @@ impl Pool {
         self.capacity_policy.outcome()
     }
 
-    /// With deferred readback: the buffer of [`crate::Frame::whole`].
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.capacity_policy.whole()
+    /// With deferred readback: the buffer of [`crate::Frame::completeness_buffer`].
+    pub fn completeness_buffer(&self) -> Option<wgpu::Buffer> {
+        self.capacity_policy.completeness_buffer()
     }
 
     /// Numbers of frames with deferred readback that have arrived.

@@ -137,7 +137,7 @@ impl TemporalAntialiasing {
             .texture("radiance_texture", &radiance.target)
             .texture("history_texture", &radiances.before)
             .sampler("history_sampler", &self.sampler);
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => cover(frame, &self.pipeline, LABEL, &bindings, &radiances.now),
             Some(capacity_policy) => {
                 let later = match &mut self.later {

@@ -105,7 +105,7 @@ impl Progressive {
         let textures = Bindings::new().texture("mean_texture", &mean.before);
         let textures = textures.texture("radiance_texture", &radiance.target);
         let bindings = buffer.bindings().with(&textures);
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => cover(frame, &self.pipeline, LABEL, &bindings, &mean.now),
             Some(capacity_policy) => {
                 let later = match &mut self.later {

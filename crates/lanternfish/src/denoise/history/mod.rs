@@ -195,7 +195,7 @@ impl Histories {
             .texture("filtered", &mixed);
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => frame.dispatch(&self.mix, &bindings, groups),
             Some(capacity_policy) => {
                 let mix = match &mut self.mix_deferred {
