@@ -1,8 +1,8 @@
 //! Transforms and vertices of the previous frame, for motion vectors.
 //!
-//! A frame that requests motion marks the current state of the scene as shown ([`GpuScene::note_shown`]). The first change after it copies
-//! that state on the device; further changes before the next such frame copy nothing. A scene for which no frame requests motion keeps no
-//! copy.
+//! A frame that requests motion marks the current state of the scene as shown ([`GpuScene::note_shown`]). The first
+//! change after it copies that state on the device; further changes before the next such frame copy nothing. A scene
+//! for which no frame requests motion keeps no copy.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -45,7 +45,8 @@ impl GpuScene {
         GeometryAt { instances: &self.geometry.instances, positions: &self.geometry.positions }
     }
 
-    /// The geometry at a [`Self::generation`], if it is available: the current one, or the one that was shown last before a change.
+    /// The geometry at a [`Self::generation`], if it is available: the current one, or the one that was shown last
+    /// before a change.
     pub(crate) fn geometry_at(&self, generation: u64) -> Option<GeometryAt<'_>> {
         let now = self.geometry_now();
         if generation == self.generation() {
@@ -56,8 +57,8 @@ impl GpuScene {
         Some(GeometryAt { instances: &kept.instances, positions })
     }
 
-    /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before the scene's generation
-    /// changes.
+    /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before
+    /// the scene's generation changes.
     pub(in crate::gpu_scene) fn before_instances_move(&mut self, queue: &wgpu::Queue) {
         if !std::mem::take(self.previous.is_shown.get_mut()) {
             return;
@@ -76,9 +77,10 @@ impl GpuScene {
         self.previous = Previous::default();
     }
 
-    /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to `scene/positions`**, on the host or on
-    /// the device, and before the scene's generation changes. The copy is submitted at once: it precedes queue writes after the call and
-    /// all commands that are submitted after the call, whenever they were recorded.
+    /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to
+    /// `scene/positions`**, on the host or on the device, and before the scene's generation changes. The copy is
+    /// submitted at once: it precedes queue writes after the call and all commands that are submitted after the call,
+    /// whenever they were recorded.
     pub(in crate::gpu_scene) fn before_vertices_bend(&mut self, queue: &wgpu::Queue) {
         self.before_instances_move(queue);
         let Some(mut kept) = self.previous.kept.take_if(|kept| !kept.has_bent) else { return };

@@ -17,8 +17,8 @@ const TEXELS: usize = 1024;
 
 /// All data of a scene that an update in place does not write; large lists by a hash.
 #[derive(Debug, PartialEq)]
-pub struct Outline {
-    meshes: Vec<MeshOutline>,
+pub struct UploadSignature {
+    meshes: Vec<MeshSignature>,
     /// Mesh of each instance.
     instances: Vec<usize>,
     materials: Vec<MaterialShape>,
@@ -28,18 +28,18 @@ pub struct Outline {
     environment: Option<u64>,
 }
 
-/// The outlines of a mesh's primitives.
-type MeshOutline = Vec<PrimitiveOutline>;
+/// The signatures of a mesh's primitives.
+type MeshSignature = Vec<PrimitiveSignature>;
 
 #[derive(Debug, PartialEq)]
-struct PrimitiveOutline {
+struct PrimitiveSignature {
     /// See [`counts`].
     counts: [usize; 3],
     /// A hash of indices and of the vertex data that an update does not write.
     content: u64,
 }
 
-impl Outline {
+impl UploadSignature {
     pub fn of(scene: &Scene) -> Self {
         Self {
             meshes: scene.meshes.iter().map(mesh).collect(),
@@ -69,7 +69,7 @@ impl Outline {
                 return changed(format!("{was} {what} were uploaded, and there are {is}"));
             }
         }
-        let same = |(was, is): (&MeshOutline, &Mesh)| {
+        let same = |(was, is): (&MeshSignature, &Mesh)| {
             was.iter().map(|primitive| primitive.counts).eq(is.primitives.iter().map(counts))
         };
         if let Some(i) = self.meshes.iter().zip(&scene.meshes).position(|pair| !same(pair)) {
@@ -117,7 +117,7 @@ fn counts(primitive: &Primitive) -> [usize; 3] {
     [primitive.material, primitive.positions.len(), primitive.indices.len()]
 }
 
-fn mesh(mesh: &Mesh) -> MeshOutline {
+fn mesh(mesh: &Mesh) -> MeshSignature {
     let primitive = |primitive: &Primitive| {
         let Primitive { material: _, positions: _, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
             primitive;
@@ -128,7 +128,7 @@ fn mesh(mesh: &Mesh) -> MeshOutline {
             bytemuck::cast_slice(indices),
         ];
         let content = hash(lists) ^ tangents.len() as u64;
-        PrimitiveOutline { counts: counts(primitive), content }
+        PrimitiveSignature { counts: counts(primitive), content }
     };
     mesh.primitives.par_iter().map(primitive).collect()
 }
