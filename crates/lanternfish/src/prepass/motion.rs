@@ -52,7 +52,7 @@ struct Shown {
     frames: u32,
     /// Number of those since the scene changed.
     since_change: u32,
-    /// See [`Before::unchanged`].
+    /// See [`PreviousFrame::unchanged`].
     unchanged: u32,
     places: Option<PingPong>,
 }
@@ -62,14 +62,14 @@ struct Shown {
 pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
-    history: Option<Before>,
+    history: Option<PreviousFrame>,
     places: Option<PingPong>,
     frames: u32,
 }
 
 /// Properties of the previous frame of a view.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Before {
+pub(crate) struct PreviousFrame {
     /// The index of the frame in its mean.
     pub rested: u32,
     /// True if the view was elsewhere.
@@ -90,7 +90,7 @@ pub struct Motion {
     /// Motion of surfaces; undefined where there is none, which `motion_at` of `motion.wesl` handles.
     pub target: wgpu::TextureView,
     /// The previous frame; none if the view is new or shows another scene.
-    pub(crate) before: Option<Before>,
+    pub(crate) before: Option<PreviousFrame>,
     /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes
     /// those of this frame.
     pub(crate) places: Option<PingPong>,
@@ -138,7 +138,7 @@ impl ShownViews {
                 let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
                 let frames = shown.frames.saturating_add(1);
                 let rested = shown.frame_index;
-                let before = Before { rested, has_moved, since_change, unchanged, has_other_triangles, frames };
+                let before = PreviousFrame { rested, has_moved, since_change, unchanged, has_other_triangles, frames };
                 (shown.view, geometry, Some(before), frames)
             }
         };

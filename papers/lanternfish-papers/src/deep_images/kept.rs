@@ -18,7 +18,7 @@ use super::{
 #[derive(Debug)]
 pub struct KeptDeepImages {
     builder: DeepImageBuilder,
-    kept: AcrossFrames<Option<Kept>>,
+    kept: AcrossFrames<Option<CurrentImages>>,
     builds: u64,
     slices: u32,
     /// Number of requesting frames, and the number of the last one.
@@ -27,7 +27,7 @@ pub struct KeptDeepImages {
 }
 
 #[derive(Debug)]
-struct Kept {
+struct CurrentImages {
     images: Arc<DeepImages>,
     /// [`GpuScene::triangle_order`] of the scene that the images were built from.
     order: u64,
@@ -80,7 +80,7 @@ impl KeptDeepImages {
             self.frames += 1;
         }
         let now = Built { frame: self.frames, generation: scene.generation() };
-        let is_usable = |kept: &Kept| {
+        let is_usable = |kept: &CurrentImages| {
             let is_large_enough = !is_deferred || kept.images.chunks.iter().all(is_large_enough);
             let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
             let may_be_old = is_deferred && self.slices > 1;
@@ -99,7 +99,7 @@ impl KeptDeepImages {
             self.builds += 1;
             let built = vec![now; images.chunks.len()];
             let order = scene.triangle_order();
-            *self.kept.get(frame) = Some(Kept { images, order, rotation, built, noted_in: number });
+            *self.kept.get(frame) = Some(CurrentImages { images, order, rotation, built, noted_in: number });
         }
         let kept = self.kept.get(frame).as_mut().expect("built above if it was missing");
         kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
@@ -145,7 +145,7 @@ impl KeptDeepImages {
     }
 }
 
-impl Kept {
+impl CurrentImages {
     /// True if all of a scene within these bounds is in every image.
     fn hold(&self, bounds: &Bounds) -> bool {
         let grids = self.images.chunks.iter().map(|chunk| &chunk.grid);

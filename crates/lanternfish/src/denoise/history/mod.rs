@@ -7,7 +7,7 @@ use super::layers::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{Before, Motion, Surface},
+    prepass::{Motion, PreviousFrame, Surface},
     shaders::{Root, Shaders},
     texture::{PingPong, described, size_of_view},
     view::{PerView, View},
@@ -88,7 +88,7 @@ pub(crate) struct HistoryReset {
 
 impl HistoryReset {
     /// Longest history, frames, and its largest distance from the neighbourhood's mean, standard deviations.
-    fn limits(&self, before: &Before) -> (f32, f32) {
+    fn limits(&self, before: &PreviousFrame) -> (f32, f32) {
         match before.since_change {
             _ if !self.restarts || before.unchanged < self.lasts => (self.counts, self.deviations),
             0 => (1.0, self.deviations),

@@ -13,11 +13,11 @@ use super::super::scene::GpuScene;
 pub(in crate::gpu_scene) struct Previous {
     /// True if a frame that requests motion has shown the current state.
     is_shown: AtomicBool,
-    kept: Option<Kept>,
+    kept: Option<GeometryCopy>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct GeometryCopy {
     /// [`GpuScene::generation`] of that state.
     generation: u64,
     instances: wgpu::Buffer,
@@ -65,11 +65,11 @@ impl GpuScene {
         }
         let generation = self.generation();
         let (instances, positions) = match self.previous.kept.take() {
-            Some(Kept { instances, positions, .. }) => (instances, positions),
+            Some(GeometryCopy { instances, positions, .. }) => (instances, positions),
             None => (self.copy_target("scene/previous_instances", &self.geometry.instances), None),
         };
         self.copy(queue, &self.geometry.instances, &instances);
-        self.previous.kept = Some(Kept { generation, instances, positions, has_bent: false });
+        self.previous.kept = Some(GeometryCopy { generation, instances, positions, has_bent: false });
     }
 
     /// Discards the copy: for changes after which the device has another order of draws.
@@ -87,7 +87,7 @@ impl GpuScene {
         let now = &self.geometry.positions;
         let positions = kept.positions.get_or_insert_with(|| self.copy_target("scene/previous_positions", now));
         self.copy(queue, now, positions);
-        self.previous.kept = Some(Kept { has_bent: true, ..kept });
+        self.previous.kept = Some(GeometryCopy { has_bent: true, ..kept });
     }
 
     /// Copies of the current draw instances and vertex positions.
