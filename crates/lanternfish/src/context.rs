@@ -57,8 +57,8 @@ pub struct ViewContext<'a> {
     pub draws: VisibleDraws<'a>,
     /// The G-buffer that the prepass wrote.
     pub surface: Surface,
-    /// The G-buffer with one sample per pixel. Equal to `surface` if no pass needs it.
-    pub middle: Surface,
+    /// The G-buffer at the centres of pixels: one sample each. Equal to `surface` if no pass needs it.
+    pub center_surface: Surface,
     /// Rotation of this frame's direction sets, from the space of the set to world space.
     pub rotation: Quat,
     /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame
@@ -77,7 +77,7 @@ impl<'a> ViewContext<'a> {
             buffer: self.buffer.clone(),
             draws: VisibleDraws { solid: Vec::new(), transparent: Vec::new() },
             surface: surface.clone(),
-            middle: surface.clone(),
+            center_surface: surface.clone(),
             rotation: self.rotation,
             structures: self.structures.clone(),
         }

@@ -196,7 +196,7 @@ impl Passes {
             };
             // The caller draws transparent surfaces itself.
             let draws = VisibleDraws { solid: draws.solid, transparent: Vec::new() };
-            let middle = surface.clone();
+            let center_surface = surface.clone();
             return Ok(ViewContext {
                 scene,
                 key,
@@ -204,7 +204,7 @@ impl Passes {
                 buffer,
                 draws,
                 surface,
-                middle,
+                center_surface,
                 rotation,
                 structures: Vec::new(),
             });
@@ -212,11 +212,11 @@ impl Passes {
         let mut show =
             |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
         let surface = show(&mut self.prepass)?;
-        let middle = match &mut self.one_sample {
+        let center_surface = match &mut self.one_sample {
             None => surface.clone(),
             Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structures: Vec::new() })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, center_surface, rotation, structures: Vec::new() })
     }
 
     /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre
@@ -228,7 +228,7 @@ impl Passes {
         is_sampled: bool,
     ) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
-            let surface = view.middle.clone();
+            let surface = view.center_surface.clone();
             let occlusion = self.occlusion.as_mut();
             let ambient_visibility = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();

@@ -107,10 +107,10 @@ impl TemporalAntialiasing {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { view, buffer, key, middle, .. }: &ViewContext<'_>,
+        ViewContext { view, buffer, key, center_surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
     ) -> Result<wgpu::TextureView, RenderError> {
-        let Some(motion) = &middle.motion else { unreachable!("the settings request motion") };
+        let Some(motion) = &center_surface.motion else { unreachable!("the settings request motion") };
         let size = view.size;
         let new = |device: &wgpu::Device| target(device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
         let last = self.histories.take(frame, *key);
@@ -132,7 +132,7 @@ impl TemporalAntialiasing {
         });
         let bindings = buffer
             .bindings()
-            .with(&middle.bindings())
+            .with(&center_surface.bindings())
             .part("antialiasing", &parameters)
             .texture("radiance_texture", &radiance.target)
             .texture("history_texture", &radiances.before)

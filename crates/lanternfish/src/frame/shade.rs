@@ -138,7 +138,7 @@ impl Passes {
         for (index, band) in plan.bands() {
             let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
             let visibility = match is_traced {
-                true => plan.band(frame, view.middle.size.y, &band),
+                true => plan.band(frame, view.center_surface.size.y, &band),
                 false => shadows.record(frame, view, lights, plan, index, band),
             };
             go_on(self, frame, Some(&visibility))?;

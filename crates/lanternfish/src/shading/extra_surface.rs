@@ -89,14 +89,14 @@ impl ExtraSurface {
                 indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),
         };
-        let ViewContext { scene, buffer, draws, middle, .. } = view;
+        let ViewContext { scene, buffer, draws, center_surface, .. } = view;
         let opaque = |is_drawn: fn(&Draw) -> bool| draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
         let drawn: Vec<&Draw> = match self.kind {
             Kind::NearestTransparent => draws.transparent.clone(),
             Kind::Coat => opaque(|draw| draw.lobes == Lobes::Coated),
             Kind::OtherSide => opaque(|draw| draw.scatters_from_behind),
         };
-        let surface = prepass.record_some(frame, scene, buffer, middle, &drawn)?;
+        let surface = prepass.record_some(frame, scene, buffer, center_surface, &drawn)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         Ok(Arriving { surface, ambient_visibility, indirect, direct: None, coat: None })

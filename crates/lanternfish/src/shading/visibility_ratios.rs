@@ -82,7 +82,7 @@ impl VisibilityRatios {
     pub fn find(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, center_surface: surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         visibility: &Visibility<'_>,
         estimate: &wgpu::TextureView,
@@ -114,10 +114,10 @@ impl VisibilityRatios {
         view: &ViewContext<'_>,
         estimate: wgpu::TextureView,
     ) -> Result<AccumulatedRatios, RenderError> {
-        let Some(motion) = &view.middle.motion else {
+        let Some(motion) = &view.center_surface.motion else {
             return Ok(AccumulatedRatios { accumulated: estimate.clone(), estimate });
         };
-        let surface = &view.middle;
+        let surface = &view.center_surface;
         let mix = Mix { surface, motion, found: &estimate, requested_frames: 0.0, clamped_frames: 0.0 };
         let accumulated = self.histories.record(frame, view, &mix)?;
         Ok(AccumulatedRatios { estimate, accumulated })

@@ -239,7 +239,7 @@ impl Shadows {
         view: &ViewContext<'_>,
         lights: &LightLists,
     ) -> Result<VisibilityPlan, RenderError> {
-        let ViewContext { scene, buffer, middle: surface, .. } = view;
+        let ViewContext { scene, buffer, center_surface: surface, .. } = view;
         let device = frame.device;
         let [areas, panes] = self.variant(scene);
         if self.kernels[areas][panes].is_none() {
@@ -326,7 +326,7 @@ impl Shadows {
         index: usize,
         band: Range<u32>,
     ) -> Visibility<'p> {
-        let ViewContext { scene, buffer, middle: surface, .. } = view;
+        let ViewContext { scene, buffer, center_surface: surface, .. } = view;
         let trace = &self.kernels(scene).trace;
         let visibility = plan.band(frame, surface.size.y, &band);
         let mut bindings = buffer

@@ -135,8 +135,8 @@ pub fn evaluate_module(
 pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, surface: &Surface) -> ViewContext<'a> {
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
-    let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
-    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structures: Vec::new() }
+    let (key, view, center_surface) = (ViewKey::Slot(0), *view, surface.clone());
+    ViewContext { scene, key, view, buffer, draws, center_surface, surface, rotation, structures: Vec::new() }
 }
 
 /// A scene of one mesh with one instance.

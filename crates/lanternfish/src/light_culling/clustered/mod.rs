@@ -290,7 +290,7 @@ impl ClusteredCulling {
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, surface, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, draws, surface, center_surface, .. }: &ViewContext<'_>,
         grid: &BufferPart,
         fragments: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
@@ -298,8 +298,8 @@ impl ClusteredCulling {
         let bindings = view_bindings.part("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = surface.size;
         let mut drawn = draws.transparent.clone();
-        if middle.samples == 1 {
-            let surface_bindings = middle.bindings();
+        if center_surface.samples == 1 {
+            let surface_bindings = center_surface.bindings();
             let from_depth = bindings.clone().with(&surface_bindings);
             frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
         }

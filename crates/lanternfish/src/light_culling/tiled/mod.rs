@@ -119,7 +119,7 @@ impl TiledCulling {
     fn record_view(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer: view, draws, surface, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer: view, draws, surface, center_surface, .. }: &ViewContext<'_>,
         reach: Reach,
         lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
@@ -135,7 +135,7 @@ impl TiledCulling {
             capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
-            reads_depth: u32::from(middle.samples == 1),
+            reads_depth: u32::from(center_surface.samples == 1),
         };
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
@@ -144,9 +144,9 @@ impl TiledCulling {
         let shared = view_bindings.clone().with(&light_bindings).buffer("tiles", &tiles);
 
         // Bounds from the depth buffer and, with several samples per pixel, from the fragments themselves.
-        let no_depth = (middle.samples > 1)
+        let no_depth = (center_surface.samples > 1)
             .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
-        let depth = no_depth.as_ref().unwrap_or(&middle.depth);
+        let depth = no_depth.as_ref().unwrap_or(&center_surface.depth);
         let depths = frame.zeroed("light_culling/tile_depths", 8 * u64::from(tile_count))?;
         if let Some(drawn) = self.bounds_drawn.as_mut().filter(|_| reach == Reach::Surface && surface.samples > 1) {
             drawn.prepare(frame.device, scene, &draws.solid)?;

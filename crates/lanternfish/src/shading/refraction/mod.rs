@@ -93,8 +93,8 @@ impl Refraction {
             return Ok(None);
         }
         self.raster.prepare(frame.device, view.scene, &draws)?;
-        let opaque = match view.middle.samples {
-            1 => view.middle.depth.clone(),
+        let opaque = match view.center_surface.samples {
+            1 => view.center_surface.depth.clone(),
             _ => self.opaque.record(frame, view.scene, &view.draws, &view.buffer, view.view.size, None)?.depth,
         };
         Ok(Some(Seen {
