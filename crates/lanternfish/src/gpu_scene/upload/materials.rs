@@ -6,11 +6,11 @@ use lanternfish_scene::{AlphaMode, LayerTextures, Scene, TextureRef};
 
 use super::{
     super::shaders::{
-        BASE_COLOR_MAPPED, CATCHES_SHADOWS, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED,
-        DIFFUSE_TRANSMISSION_COLOR_MAPPED, DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, FILM_MAPPED,
-        FILM_THICKNESS_MAPPED, GRAIN_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
-        SCATTERS_THROUGH, SHEEN_COLOR_MAPPED, SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED,
-        TRANSMISSION_MAPPED, TextureSlot, UNLIT,
+        ANISOTROPY_MAPPED, BASE_COLOR_MAPPED, CATCHES_SHADOWS, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED,
+        DIFFUSE_TRANSMISSION_COLOR_MAPPED, DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, IRIDESCENCE_MAPPED,
+        IRIDESCENCE_THICKNESS_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED, SCATTERS_THROUGH,
+        SHEEN_COLOR_MAPPED, SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED,
+        TextureSlot, UNLIT,
     },
     lobes::{MaterialStorage, Shading},
     textures::Textures,
@@ -170,9 +170,9 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
             | flag(file && sheen_color.is_some(), SHEEN_COLOR_MAPPED)
             | flag(file && sheen_roughness.is_some(), SHEEN_ROUGHNESS_MAPPED)
-            | flag(file && anisotropy.is_some(), GRAIN_MAPPED)
-            | flag(file && iridescence.is_some(), FILM_MAPPED)
-            | flag(file && iridescence_thickness.is_some(), FILM_THICKNESS_MAPPED)
+            | flag(file && anisotropy.is_some(), ANISOTROPY_MAPPED)
+            | flag(file && iridescence.is_some(), IRIDESCENCE_MAPPED)
+            | flag(file && iridescence_thickness.is_some(), IRIDESCENCE_THICKNESS_MAPPED)
             | flag(file && scatters_through(material), SCATTERS_THROUGH)
             | flag(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }), CATCHES_SHADOWS)
             | flag(
@@ -212,8 +212,8 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             None => slot(&material.clearcoat_texture, false),
             sheen => slot(&sheen, true),
         },
-        coat_roughness_or_grain_map: slot(&material.clearcoat_roughness_texture.or(anisotropy), false),
-        coat_normal_or_film_map: slot(
+        coat_roughness_or_anisotropy_map: slot(&material.clearcoat_roughness_texture.or(anisotropy), false),
+        coat_normal_or_iridescence_map: slot(
             &material.clearcoat_normal_texture.or(iridescence).or(iridescence_thickness),
             false,
         ),

@@ -29,8 +29,8 @@ const NAMES: [(&str, &str); MAPS] = [
     ("diffuse_transmission_texture", "diffuse_transmission_sampler"),
     ("diffuse_transmission_color_texture", "diffuse_transmission_color_sampler"),
     ("coat_or_sheen_texture", "coat_or_sheen_sampler"),
-    ("coat_roughness_or_grain_texture", "coat_roughness_or_grain_sampler"),
-    ("coat_normal_or_film_texture", "coat_normal_or_film_sampler"),
+    ("coat_roughness_or_anisotropy_texture", "coat_roughness_or_anisotropy_sampler"),
+    ("coat_normal_or_iridescence_texture", "coat_normal_or_iridescence_sampler"),
 ];
 /// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a
 /// software adapter maps memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a
