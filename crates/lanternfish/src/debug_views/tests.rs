@@ -12,7 +12,7 @@ use crate::{
     light_culling::{LightLists, Reach},
     output::display_target,
     prepass::Prepass,
-    settings::{Samples, Shadows},
+    settings::Shadows,
     shading::Forward,
     techniques::{ClusterShape, Clustered},
     testing::{Random, context, probe, quad, scene_of},

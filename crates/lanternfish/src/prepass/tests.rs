@@ -12,7 +12,7 @@ use crate::{
     Renderer, Settings,
     settings::Shadows,
     testing::{looking, probe, quad, scene_of},
-    view::View,
+    view::{View, ViewKey},
 };
 
 const SIZE: UVec2 = UVec2::new(132, 88);

@@ -28,7 +28,7 @@ use crate::{
     prepass::Surface,
     settings::{Structure, Tracer},
     shaders::SHADERS,
-    view::{View, ViewBuffer},
+    view::{View, ViewBuffer, ViewKey},
 };
 
 const PROBES: [ShaderSource; 15] = [
