@@ -56,7 +56,7 @@ impl<T> PerView<T> {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_gpu::{Gpu, Pool, Profiler};
+    use lanternfish_gpu::{Gpu, Growth, Pool, Profiler, testing};
 
     use super::*;
 
@@ -79,7 +79,7 @@ mod tests {
         assert_eq!(of_frame(&mut pool, hidden, None), None);
         pool.empty(&gpu.device);
         assert_eq!(of_frame(&mut pool, shown, Some(1)), None);
-        pool.set_growth(&gpu.device, lanternfish_gpu::Growth::Deferred).unwrap();
+        pool.set_growth(&gpu.device, Growth::Deferred).unwrap();
         assert_eq!(of_frame(&mut pool, shown, None), None);
     }
 }

@@ -17,7 +17,7 @@ use lanternfish::{
     lights::{Light, LightCount},
     prepass::Surface,
     rays::{Structure, TracePass, Tracer},
-    settings::{Materials, Samples, Settings},
+    settings::{Materials, Settings},
     view::rotations::frame_rotation,
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
@@ -139,7 +139,7 @@ impl PhotonPasses {
                     Splatting::Raster(SplatRaster::new(device, settings.materials.model == Materials::File)?)
                 }
                 Splat::Gather => Splatting::Gather {
-                    culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+                    culling: LightCulling::new(device, &settings.culling, 1)?,
                     gather: kernel("gather", &[LightCulling::feature(&settings.culling)], "gather")?,
                 },
             },

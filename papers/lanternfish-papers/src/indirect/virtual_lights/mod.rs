@@ -27,7 +27,7 @@ use lanternfish::{
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, TracePass, Tracer},
-    settings::{Samples, Settings, Shadows},
+    settings::{Settings, Shadows},
     shaders::{Root, Shaders},
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
@@ -111,7 +111,7 @@ impl VirtualLightPasses {
             settings: technique,
             frames: settings.image.accumulate,
             builder: LightBuilder::new(device, technique, settings, &structure, exact)?,
-            culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+            culling: LightCulling::new(device, &settings.culling, 1)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
             smoothing: Smoothing::new(device, settings.history)?,
