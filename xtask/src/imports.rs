@@ -1,8 +1,9 @@
 //! Tests the imports of every crate: no large cycle of files, and no technique imported outside its folder.
 //!
-//! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item that a
-//! module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use child::X` is part
-//! of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may import anything.
+//! An edge leads from a file to the file that an imported path names, as far as the path consists of files: an item
+//! that a module re-exports counts as the module's. Paths begin with `crate`, `super`, `self` or `package`: `pub use
+//! child::X` is part of a module's declarations, like `mod child`, and `package::chosen` is not a file. Tests may
+//! import anything.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -27,6 +28,11 @@ const TECHNIQUES: &[&str] =
 /// Imports of a technique elsewhere: `auto` chooses it, and transparent surfaces sample lights by its code.
 const EXCEPTIONS: [&str; 2] =
     ["direct_light/auto.rs imports direct_light/sampled", "shading/forward.wesl imports direct_light/sampled/fragment"];
+
+/// Imports that point up between the library's folders: settings hold techniques, which are built for settings, and
+/// sampled lights are reflected as listed ones are.
+const UP: [(&str, &str); 4] =
+    [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion"), ("direct_light", "shading")];
 
 /// The list that registers all techniques.
 const REGISTRATION: &str = "techniques";
@@ -87,10 +93,11 @@ fn paths((language, module): &File, text: &str) -> Vec<Vec<String>> {
     let module: Vec<String> = module.split('/').filter(|name| !name.is_empty()).map(str::to_owned).collect();
     let mut paths = Vec::new();
     for root in ["crate::", "package::", "super::", "self::"] {
+        let mut end = 0;
         for (at, _) in code.match_indices(root) {
-            // Skip the end of a longer path, and a macro's `$crate`.
+            // Skip what the last path contains, the end of a longer path, and a macro's `$crate`.
             let before = code[..at].chars().next_back();
-            if before.is_some_and(|c| c.is_alphanumeric() || "_:$".contains(c)) {
+            if at < end || before.is_some_and(|c| c.is_alphanumeric() || "_:$".contains(c)) {
                 continue;
             }
             let mut rest = &code[at + root.len()..];
@@ -103,12 +110,20 @@ fn paths((language, module): &File, text: &str) -> Vec<Vec<String>> {
                 base.pop();
                 rest = further;
             }
-            paths.extend(tree(rest).0.into_iter().map(|path| [base.clone(), path].concat()));
+            let (further, behind) = tree(rest);
+            end = code.len() - behind.len();
+            paths.extend(further.into_iter().map(|path| joined(&base, path)));
         }
     }
     let is_item = |name: &String| *language == "rs" && name == "self";
     paths.iter_mut().for_each(|path| path.retain(|name| !is_item(name)));
     paths
+}
+
+/// A path that begins in a module.
+fn joined(base: &[String], path: Vec<String>) -> Vec<String> {
+    let up = path.iter().take_while(|name| *name == "super").count();
+    [&base[..base.len().saturating_sub(up)], &path[up..]].concat()
 }
 
 /// The text of a file without comments and code that is compiled for tests only.
@@ -223,6 +238,24 @@ fn no_crate_has_a_large_cycle_of_files() {
 }
 
 #[test]
+fn folders_of_the_library_stand_on_floors() {
+    let folder = |(_, module): &File| ("", module.split('/').next().unwrap_or_default().to_owned());
+    let mut folders = Imports::new();
+    for (file, imported) in imports(&crate::command::workspace().join("crates/lanternfish/src")) {
+        // Not the list of re-exports.
+        let imported = imported.iter().map(folder).filter(|other| *other != folder(&file) && !other.1.is_empty());
+        folders.entry(folder(&file)).or_default().extend(imported);
+    }
+    assert!(!cycles(&folders).is_empty());
+    for (from, to) in UP {
+        let imported = folders.get_mut(&("", from.to_owned()));
+        let is_there = imported.is_some_and(|imported| imported.remove(&("", to.to_owned())));
+        assert!(is_there, "{from} does not import {to}");
+    }
+    assert_eq!(cycles(&folders), Vec::<BTreeSet<File>>::new());
+}
+
+#[test]
 fn only_the_registration_imports_techniques() {
     let imports = imports(&crate::command::workspace().join("crates/lanternfish/src"));
     for folder in TECHNIQUES {
@@ -258,10 +291,10 @@ fn cycles_and_imports_from_outside_are_detected() {
 #[test]
 fn imports_are_parsed() {
     let names = |file: &File, text| paths(file, text).iter().map(|path| path.join("/")).collect::<BTreeSet<_>>();
-    let rust = "//! [`crate::no`]\nuse crate::{\n    a::{b, c as x},\n    d,\n};\nuse super::{e, f::g};\nuse self::h::I;\n\
+    let rust = "//! [`crate::no`]\nuse crate::{\n    a::{b, c as x},\n    d,\n};\nuse super::{e, f::g, super::{n, o}};\nuse self::h::I;\n\
                 fn k() { crate::l::m() }\n#[cfg(test)]\nuse crate::no;\n#[cfg(test)]\nmod tests {\n use crate::no;\n}";
     let actual = names(&("rs", "p/q".to_owned()), rust);
-    assert_eq!(actual.into_iter().collect::<Vec<_>>(), ["a/b", "a/c", "d", "l/m", "p/e", "p/f/g", "p/q/h/I"]);
+    assert_eq!(actual.into_iter().collect::<Vec<_>>(), ["a/b", "a/c", "d", "l/m", "n", "o", "p/e", "p/f/g", "p/q/h/I"]);
     let shader = names(&("wesl", "x".to_owned()), "// package::no::x\n@if(y) import package::a::b::{c, d};");
     assert_eq!(shader.into_iter().collect::<Vec<_>>(), ["a/b/c", "a/b/d"]);
     let files: BTreeSet<File> = ["", "a", "a/b"].map(|module| ("rs", module.to_owned())).into();

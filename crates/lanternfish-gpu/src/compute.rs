@@ -2,7 +2,7 @@
 
 use crate::{
     Bindings, LinkedShader,
-    engine::{self, Clones, Handed, PipelineKey},
+    engine::{self, CloneCount, Pipeline, PipelineKey},
     made,
     pool::BindGroups,
     reflect::{Layouts, layouts},
@@ -25,11 +25,11 @@ pub struct ComputeKernel {
     workgroup_size: [u32; 3],
     /// True if it uses `num_workgroups`, which Direct3D 12 sets to 0 in an indirect dispatch without validation.
     pub(crate) uses_workgroup_count: bool,
-    clones: Clones,
+    clones: CloneCount,
 }
 
-impl Handed for ComputeKernel {
-    fn clones(&self) -> &Clones {
+impl Pipeline for ComputeKernel {
+    fn clones(&self) -> &CloneCount {
         &self.clones
     }
 }
@@ -56,7 +56,7 @@ impl ComputeKernel {
         let workgroup_size = shader.workgroup_size(entry);
         let uses_workgroup_count = shader.uses_workgroup_count(entry);
         let label = label.to_owned();
-        Self { label, pipeline, layouts, workgroup_size, uses_workgroup_count, clones: Clones::default() }
+        Self { label, pipeline, layouts, workgroup_size, uses_workgroup_count, clones: CloneCount::default() }
     }
 
     /// The label of the pass.

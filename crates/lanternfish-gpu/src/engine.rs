@@ -1,6 +1,6 @@
 //! Compiled shaders and pipelines of a device, shared by its renderers.
 
-mod kept;
+mod pipeline_cache;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 
@@ -11,10 +11,10 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
-use self::kept::Kept;
+use self::pipeline_cache::PipelineCache;
 use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary, ShaderTexts, vertex_grid};
 
-pub(crate) use self::kept::{Clones, Handed};
+pub(crate) use self::pipeline_cache::{CloneCount, Pipeline};
 
 /// Maximum number of unused compute pipelines in an engine. A higher limit avoids more recompilation when settings
 /// change back, and holds more memory: 0.9 MiB a pipeline on Mesa's software adapter. An indirect-light technique has
@@ -63,8 +63,8 @@ pub struct KeptCompiled {
 #[derive(Debug)]
 struct Compiled {
     shaders: HashMap<ShaderKey, Arc<LinkedShader>>,
-    kernels: Kept<ComputeKernel>,
-    rasters: Kept<RasterPipeline>,
+    kernels: PipelineCache<ComputeKernel>,
+    rasters: PipelineCache<RasterPipeline>,
     /// Edited shader texts by library number ([`ShaderLibrary::number`]).
     edited: HashMap<usize, Arc<ShaderTexts>>,
     count: Compilations,
@@ -82,8 +82,8 @@ impl Default for Compiled {
     fn default() -> Self {
         Self {
             shaders: HashMap::new(),
-            kernels: Kept::new(SPARE_KERNELS),
-            rasters: Kept::new(SPARE_RASTERS),
+            kernels: PipelineCache::new(SPARE_KERNELS),
+            rasters: PipelineCache::new(SPARE_RASTERS),
             edited: HashMap::new(),
             count: Compilations::default(),
         }
@@ -120,9 +120,9 @@ thread_local! {
 }
 
 /// Restores the previous engine when dropped, so also if the work panics.
-struct Before(Option<(Engine, Requested)>);
+struct EngineBefore(Option<(Engine, Requested)>);
 
-impl Drop for Before {
+impl Drop for EngineBefore {
     fn drop(&mut self) {
         CURRENT.set(self.0.take());
     }
@@ -151,7 +151,7 @@ impl Engine {
     /// Like [`Self::within`], and also returns the pipelines that `work` requested, both cached and new.
     #[doc(hidden)]
     pub fn requested_within<R>(&self, work: impl FnOnce() -> R) -> (R, Requested) {
-        let _before = Before(CURRENT.replace(Some((self.clone(), Requested::default()))));
+        let _restored = EngineBefore(CURRENT.replace(Some((self.clone(), Requested::default()))));
         let result = work();
         let requested = CURRENT.take().map(|(_, requested)| requested).unwrap_or_default();
         (result, requested)
@@ -249,9 +249,9 @@ pub(crate) fn raster(
     cached_or_compiled(device, |compiled| &mut compiled.rasters, key, compile)
 }
 
-fn cached_or_compiled<P: Handed>(
+fn cached_or_compiled<P: Pipeline>(
     device: &wgpu::Device,
-    kept: impl Fn(&mut Compiled) -> &mut Kept<P>,
+    cache: impl Fn(&mut Compiled) -> &mut PipelineCache<P>,
     key: impl FnOnce() -> PipelineKey,
     compile: impl FnOnce() -> P,
 ) -> P {
@@ -262,13 +262,13 @@ fn cached_or_compiled<P: Handed>(
             requested.0.insert(key.clone());
         }
     });
-    if let Some(cached) = kept(&mut engine.compiled()).get(&key) {
+    if let Some(cached) = cache(&mut engine.compiled()).get(&key) {
         return cached;
     }
     let pipeline = compile();
     let mut compiled = engine.compiled();
     compiled.count.pipelines += 1;
-    let dropped = kept(&mut compiled).insert(key, pipeline.clone());
+    let dropped = cache(&mut compiled).insert(key, pipeline.clone());
     if !dropped.is_empty() {
         // A shader is dropped with the last of its pipelines.
         let Compiled { shaders, kernels, rasters, .. } = &mut *compiled;

@@ -1,10 +1,12 @@
 //! Records the commands of a frame, and times each dispatch and render pass under its label.
 
+mod across_frames;
 mod commands;
 mod profiler;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+pub use self::across_frames::AcrossFrames;
 use self::commands::{Commands, Slices};
 pub use self::profiler::{PassCommands, PassProgress, PassTime, PassWatcher, Profiler};
 use crate::{
@@ -63,7 +65,8 @@ impl<'a> Frame<'a> {
         Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), Commands::own(device))
     }
 
-    /// An empty frame that reuses the resources of earlier frames of the pool. Earlier frames of the pool must not use them any more.
+    /// An empty frame that reuses the resources of earlier frames of the pool. Earlier frames of the pool must not use
+    /// them any more.
     #[doc(hidden)]
     pub fn pooled(
         device: &'a wgpu::Device,
@@ -74,9 +77,9 @@ impl<'a> Frame<'a> {
         Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::own(device))
     }
 
-    /// Like [`Self::pooled`], but records into the caller's encoder. The caller must submit it before the next frame of the pool begins,
-    /// because host writes of a frame arrive with the next submission. Such a frame ends with [`Self::finish`], and the host cannot read
-    /// back in the middle of it.
+    /// Like [`Self::pooled`], but records into the caller's encoder. The caller must submit it before the next frame of
+    /// the pool begins, because host writes of a frame arrive with the next submission. Such a frame ends with
+    /// [`Self::finish`], and the host cannot read back in the middle of it.
     #[doc(hidden)]
     pub fn within(
         device: &'a wgpu::Device,
@@ -88,8 +91,8 @@ impl<'a> Frame<'a> {
         Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::Callers(commands))
     }
 
-    /// Like [`Self::within`], but records into command buffers of its own, which it adds to `slices`: one for each dispatch or render pass.
-    /// The caller submits them in order, in as many submissions as desired.
+    /// Like [`Self::within`], but records into command buffers of its own, which it adds to `slices`: one for each
+    /// dispatch or render pass. The caller submits them in order, in as many submissions as desired.
     #[doc(hidden)]
     pub fn sliced(
         device: &'a wgpu::Device,
@@ -123,13 +126,20 @@ impl<'a> Frame<'a> {
         self.number
     }
 
-    /// A storage buffer of at least `bytes` with undefined content, which must be written before it is read. It may be longer than
-    /// requested. Fails if `bytes` exceeds the device's limit for a binding.
+    /// Index of the frame among those of its pool, from 1.
+    #[doc(hidden)]
+    pub fn index(&self) -> u64 {
+        self.pool.frame
+    }
+
+    /// A storage buffer of at least `bytes` with undefined content, which must be written before it is read. It may be
+    /// longer than requested. Fails if `bytes` exceeds the device's limit for a binding.
     pub fn scratch(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffer(Use::Scratch, label, bytes)
     }
 
-    /// Lets later requests of this frame return a buffer of [`Self::scratch`] again: no pass that is recorded from now on needs its content.
+    /// Lets later requests of this frame return a buffer of [`Self::scratch`] again: no pass that is recorded from now
+    /// on needs its content.
     #[doc(hidden)]
     pub fn release(&mut self, buffer: &wgpu::Buffer) {
         self.pool.buffers.release(buffer);
@@ -158,7 +168,8 @@ impl<'a> Frame<'a> {
         self.pool.texture(self.device, wanted)
     }
 
-    /// Lets later requests of this frame return a texture of [`Self::texture`] again: no pass that is recorded from now on needs its content.
+    /// Lets later requests of this frame return a texture of [`Self::texture`] again: no pass that is recorded from now
+    /// on needs its content.
     ///
     /// Panics if the texture is not of this frame's pool.
     #[doc(hidden)]
@@ -166,8 +177,8 @@ impl<'a> Frame<'a> {
         self.pool.textures.release(view);
     }
 
-    /// Counts memory of a new resource that the caller creates for this and later frames. Fails on a software adapter if the process may
-    /// not allocate it, like every later request of the frame.
+    /// Counts memory of a new resource that the caller creates for this and later frames. Fails on a software adapter
+    /// if the process may not allocate it, like every later request of the frame.
     #[doc(hidden)]
     pub fn take_memory(&mut self, label: &str, bytes: u64) -> Result<(), GpuError> {
         self.pool.memory.take(label, bytes)
@@ -179,7 +190,8 @@ impl<'a> Frame<'a> {
         self.pool.memory.check()
     }
 
-    /// Drops all cached bind groups and their references to resources, so that memory is free before a large allocation.
+    /// Drops all cached bind groups and their references to resources, so that memory is free before a large
+    /// allocation.
     #[doc(hidden)]
     pub fn forget_bind_groups(&mut self) {
         self.pool.forget_bind_groups();
@@ -197,9 +209,9 @@ impl<'a> Frame<'a> {
         self.compute(kernel, bindings, &Workgroups::Are(workgroups));
     }
 
-    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage ([`Self::zeroed`]), at `offset` bytes.
-    /// The dispatch may read this buffer, but not write it. The numbers must be within the device's limit, and the kernel must not use
-    /// `num_workgroups` ([`crate::instance_flags`]).
+    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer with indirect usage
+    /// ([`Self::zeroed`]), at `offset` bytes. The dispatch may read this buffer, but not write it. The numbers must be
+    /// within the device's limit, and the kernel must not use `num_workgroups` ([`crate::instance_flags`]).
     pub fn dispatch_indirect(
         &mut self,
         kernel: &ComputeKernel,
@@ -311,7 +323,8 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Ends a frame whose commands the caller submits, and returns its number, which the caller passes to [`submitted`] after submitting all.
+    /// Ends a frame whose commands the caller submits, and returns its number, which the caller passes to [`submitted`]
+    /// after submitting all.
     #[doc(hidden)]
     pub fn finish(mut self) -> u64 {
         self.close();
@@ -348,7 +361,8 @@ mod tests {
     use super::*;
     use crate::{primitives::Scan, read_back, storage_buffer_of, testing};
 
-    /// With and without timestamps inside passes, a dispatch sees all earlier writes; and either all dispatches are timed or none.
+    /// With and without timestamps inside passes, a dispatch sees all earlier writes; and either all dispatches are
+    /// timed or none.
     #[gpu_test]
     fn gpu_dispatches_share_a_pass_unless_that_prevents_timing(gpu: &Gpu) {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());

@@ -57,7 +57,7 @@ pub use {
     driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa},
     edited::{ShaderTexts, read_shader_texts, shader_files},
     engine::{Compilations, KeptCompiled, Requested},
-    frame::{PassProgress, PassWatcher, Profiler, discarded, submitted},
+    frame::{AcrossFrames, PassProgress, PassWatcher, Profiler, discarded, submitted},
     made::{Made, made},
     platform::CAN_WAIT,
     pool::{BindGroups, Pool},

@@ -2,7 +2,7 @@
 
 use crate::{
     BindGroups, Bindings, LinkedShader,
-    engine::{self, Clones, Handed, PipelineKey},
+    engine::{self, CloneCount, Pipeline, PipelineKey},
     made,
     reflect::{Layouts, layouts},
 };
@@ -32,11 +32,11 @@ pub struct RasterPipeline {
     label: String,
     pipeline: wgpu::RenderPipeline,
     layouts: Layouts,
-    clones: Clones,
+    clones: CloneCount,
 }
 
-impl Handed for RasterPipeline {
-    fn clones(&self) -> &Clones {
+impl Pipeline for RasterPipeline {
+    fn clones(&self) -> &CloneCount {
         &self.clones
     }
 }
@@ -89,7 +89,7 @@ impl RasterPipeline {
             multiview_mask: None,
             cache: None,
         });
-        Self { label: label.to_owned(), pipeline, layouts, clones: Clones::default() }
+        Self { label: label.to_owned(), pipeline, layouts, clones: CloneCount::default() }
     }
 
     /// Sets the pass's pipeline, without binding resources.

@@ -119,18 +119,19 @@ impl Surface {
                     reflector.through =
                         ScattersThrough { fraction: fraction.into(), albedo: (1.0 - f64::from(metallic)) * albedo };
                 }
-                let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
-                let iridescence = material.iridescence * linear(&film).x;
+                let textures = material.layer_textures();
+                let iridescence = material.iridescence * linear(&textures.iridescence).x;
                 if iridescence > 0.0 {
                     let (least, most) = (material.iridescence_thickness_minimum, material.iridescence_thickness);
-                    let thickness = film_thickness
+                    let thickness = textures
+                        .iridescence_thickness
                         .map_or(most, |reference| least.lerp(most, textured(&reference, Encoding::Linear).y));
                     let film = ThinFilm { ior: material.iridescence_ior.into(), thickness: thickness.into() };
                     let of_film = film.f0(reflector.f0, -normal.dot(direction.as_dvec3()));
                     reflector.f0 = reflector.f0.lerp(of_film, iridescence.into());
                 }
                 // Of the texture red and green are the direction, blue the strength.
-                let turn = grain.map_or(Vec2::X, |reference| {
+                let turn = textures.anisotropy.map_or(Vec2::X, |reference| {
                     let texel = textured(&reference, Encoding::Linear);
                     (texel.z * (2.0 * texel.truncate().truncate() - 1.0)).clamp_length_max(1.0)
                 });
@@ -153,11 +154,11 @@ impl Surface {
                     let normal = perturbed(&material.clearcoat_normal_texture, material.clearcoat_normal_scale);
                     Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal }
                 });
-                let tint = sheen_color.map_or(Vec4::ONE, |reference| textured(&reference, Encoding::Srgb));
+                let tint = textures.sheen_color.map_or(Vec4::ONE, |reference| textured(&reference, Encoding::Srgb));
                 let color = material.sheen_color * tint.truncate();
                 let sheen = (color != Vec3::ZERO).then(|| Sheen {
                     color: color.as_dvec3(),
-                    perceptual_roughness: (material.sheen_roughness * linear(&sheen_roughness).w).into(),
+                    perceptual_roughness: (material.sheen_roughness * linear(&textures.sheen_roughness).w).into(),
                 });
                 let layers = Layers { sheen, coat };
                 surface.bsdf = Some(match layers == Layers::default() {

@@ -54,6 +54,8 @@ pub use lanternfish_limits::read_text;
 #[doc(hidden)]
 pub use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
+#[doc(hidden)]
+pub use material::LayerTextures;
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
 pub use named_enum::{Named, Setting, nearest};

@@ -177,25 +177,33 @@ impl Material {
         of_map.or((self.anisotropy > 0.0).then_some(of_grain))
     }
 
-    /// The textures that renderers sample of sheen (colour, roughness), of the grain, and of the film (weight, thickness). A shader
-    /// has three places for them and for those of a clear coat: sheen's need the place of the coat's, the grain's that of the coat's
-    /// roughness, and the film's that of the coat's normal. Two textures in one place must be the same.
+    /// The textures that renderers sample of sheen, anisotropy and iridescence.
     #[doc(hidden)]
-    pub fn layer_textures(&self) -> [Option<TextureRef>; 5] {
+    pub fn layer_textures(&self) -> LayerTextures {
         let in_place = |coat: Option<TextureRef>, first: Option<TextureRef>, second: Option<TextureRef>| match coat {
             Some(_) => [None; 2],
             None => [first, second.filter(|second| first.is_none_or(|first| first == *second))],
         };
         let [sheen_color, sheen_roughness] =
             in_place(self.clearcoat_texture, self.sheen_color_texture, self.sheen_roughness_texture);
-        let [grain, _] = in_place(self.clearcoat_roughness_texture, self.anisotropy_texture, None);
-        let [film, thickness] =
+        let [anisotropy, _] = in_place(self.clearcoat_roughness_texture, self.anisotropy_texture, None);
+        let [iridescence, iridescence_thickness] =
             in_place(self.clearcoat_normal_texture, self.iridescence_texture, self.iridescence_thickness_texture);
-        [sheen_color, sheen_roughness, grain, film, thickness]
+        LayerTextures { sheen_color, sheen_roughness, anisotropy, iridescence, iridescence_thickness }
     }
 
-    /// All references to textures; the last five are those of [`Material::layer_textures`].
-    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; 18] {
+    /// Number of its references to textures.
+    #[doc(hidden)]
+    pub const TEXTURES: usize = 18;
+
+    /// All references to textures.
+    #[doc(hidden)]
+    pub fn textures(&self) -> [Option<TextureRef>; Self::TEXTURES] {
+        self.clone().texture_slots().map(|slot| *slot)
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn texture_slots(&mut self) -> [&mut Option<TextureRef>; Self::TEXTURES] {
         [
             &mut self.base_color_texture,
             &mut self.metallic_roughness_texture,
@@ -294,6 +302,24 @@ pub enum AlphaMode {
         /// Radiance where nothing shadows it, nits, the mean of the channels; above 0.
         unshadowed: f32,
     },
+}
+
+/// Textures of sheen, anisotropy and iridescence that renderers sample. A shader has three places for them and for those of a clear coat:
+/// sheen's need the place of the coat's, that of anisotropy the place of the coat's roughness, and those of iridescence the place of the
+/// coat's normal. Two textures in one place must be the same.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LayerTextures {
+    /// Of [`Material::sheen_color_texture`].
+    pub sheen_color: Option<TextureRef>,
+    /// Of [`Material::sheen_roughness_texture`].
+    pub sheen_roughness: Option<TextureRef>,
+    /// Of [`Material::anisotropy_texture`].
+    pub anisotropy: Option<TextureRef>,
+    /// Of [`Material::iridescence_texture`].
+    pub iridescence: Option<TextureRef>,
+    /// Of [`Material::iridescence_thickness_texture`].
+    pub iridescence_thickness: Option<TextureRef>,
 }
 
 /// How a material reads a texture.

@@ -1,15 +1,13 @@
 //! Inputs of a frame, and of the passes of one of its views.
 
-use std::sync::Arc;
-
 use glam::Quat;
 
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
-    prepass::{Surface, ViewKey},
-    rays::{Structure, TracedStructure},
+    prepass::Surface,
+    rays::Structures,
     request::{Target, ViewRequest},
-    view::{View, ViewBuffer},
+    view::{View, ViewBuffer, ViewKey},
 };
 
 /// The inputs of a frame.
@@ -19,8 +17,8 @@ pub struct FrameContext<'a> {
     pub scene: &'a GpuScene,
     /// The views, in the order of their slots.
     pub views: &'a [View],
-    /// True if the frame is added to the mean of the frames before it. The mean is shown, and the rotation of the deep images' direction
-    /// set changes between frames.
+    /// True if the frame is added to the mean of the frames before it. The mean is shown, and the rotation of the deep
+    /// images' direction set changes between frames.
     pub is_averaged: bool,
     /// The caller's request for each view. If empty, the images are stored for [`crate::Renderer::render`].
     pub requests: &'a [ViewRequest<'a>],
@@ -59,13 +57,13 @@ pub struct ViewContext<'a> {
     pub draws: VisibleDraws<'a>,
     /// The G-buffer that the prepass wrote.
     pub surface: Surface,
-    /// The G-buffer with one sample per pixel. Equal to `surface` if no pass needs it.
-    pub middle: Surface,
+    /// The G-buffer at the centres of pixels: one sample each. Equal to `surface` if no pass needs it.
+    pub center_surface: Surface,
     /// Rotation of this frame's direction sets, from the space of the set to world space.
     pub rotation: Quat,
-    /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame sets them before the
-    /// first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
-    pub structures: Vec<(Structure, Arc<dyn TracedStructure>)>,
+    /// The acceleration structures of the inexact tracers for the current scene, each beside its settings. The frame
+    /// sets them before the first pass with rays; [`TracePass`](crate::rays::TracePass) reads its own.
+    pub structures: Structures,
 }
 
 impl<'a> ViewContext<'a> {
@@ -79,7 +77,7 @@ impl<'a> ViewContext<'a> {
             buffer: self.buffer.clone(),
             draws: VisibleDraws { solid: Vec::new(), transparent: Vec::new() },
             surface: surface.clone(),
-            middle: surface.clone(),
+            center_surface: surface.clone(),
             rotation: self.rotation,
             structures: self.structures.clone(),
         }

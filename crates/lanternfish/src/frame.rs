@@ -9,21 +9,20 @@ use crate::{
     antialiasing::{self, TemporalAntialiasing},
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
-    direct_light::{DirectLight, DirectPasses},
+    direct_light::DirectPasses,
     error::RenderError,
     gpu_scene::{Lobes, VisibleDraws},
-    indirect::{DemodulatedIrradiance, IndirectPasses},
-    light_culling::{LightCulling, LightLists, Reach},
-    occlusion::{AmbientVisibility, OcclusionPasses},
+    indirect::IndirectPasses,
+    light_culling::{LightCulling, Reach},
+    occlusion::OcclusionPasses,
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
     rays::{KeptStructure, Structure},
     request::{SurfaceSource, Target},
-    shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
-    shadows::{Shadows, VisibilityPlan},
+    shading::{Arriving, DemodulatedLight, ExtraSurface, Forward, Shaded, VisibilityRatios},
+    shadows::Shadows,
     sky::Sky,
-    texture::Radiance,
     view::View,
     view::rotations::frame_rotation,
 };
@@ -73,89 +72,7 @@ pub(crate) struct FrameResult {
     pub display: Option<wgpu::TextureView>,
 }
 
-/// A view after shading.
-#[derive(Debug)]
-pub(crate) struct Shaded {
-    pub radiance: Radiance,
-    /// Demodulated indirect light, if the radiance is demodulated direct light.
-    pub indirect_light: Option<wgpu::TextureView>,
-    /// Mean radiance of this frame and the frames before it, if frames are averaged.
-    pub mean: Option<wgpu::TextureView>,
-    /// The radiance with temporal antialiasing, if there is any.
-    pub antialiased: Option<wgpu::TextureView>,
-    pub visibility: Option<VisibilityPlan>,
-    pub ambient_visibility: Option<AmbientVisibility>,
-    pub indirect: Option<DemodulatedIrradiance>,
-    /// Indirect light at the nearest transparent surfaces.
-    pub indirect_of_transparent: Option<DemodulatedIrradiance>,
-    /// Direct light, if a technique samples it.
-    pub direct: Option<DirectLight>,
-    /// The light lists of opaque surfaces, unless direct light is sampled.
-    pub lights: Option<LightLists>,
-}
-
-impl Shaded {
-    /// A view with only radiance, and light lists if there are any.
-    pub fn of_lights(radiance: Radiance, lights: Option<LightLists>) -> Self {
-        Self {
-            radiance,
-            indirect_light: None,
-            mean: None,
-            antialiased: None,
-            visibility: None,
-            ambient_visibility: None,
-            indirect: None,
-            indirect_of_transparent: None,
-            direct: None,
-            lights,
-        }
-    }
-
-    /// Linear radiance, nits.
-    fn rendering(&self) -> &wgpu::TextureView {
-        self.mean.as_ref().unwrap_or(self.single())
-    }
-
-    /// Linear radiance of this frame, nits.
-    pub(crate) fn single(&self) -> &wgpu::TextureView {
-        self.antialiased.as_ref().unwrap_or(&self.radiance.target)
-    }
-}
-
 impl Passes {
-    /// Resets all state that passes store between frames, because the last frame was not submitted or the device rejected it.
-    pub fn forget(&mut self) {
-        for (_, structure) in &mut self.structures {
-            structure.forget();
-        }
-        if let Some(occlusion) = &mut self.occlusion {
-            occlusion.forget();
-        }
-        if let Some(indirect) = &mut self.indirect {
-            indirect.forget();
-        }
-        if let Some(fractions) = &mut self.visibility_ratios {
-            fractions.forget();
-        }
-        if let Some(direct) = &mut self.direct {
-            direct.forget();
-        }
-        self.light_culling.forget();
-        self.forget_shown();
-        self.progressive.forget();
-        if let Some(antialiasing) = &mut self.antialiasing {
-            antialiasing.forget();
-        }
-        self.present.forget();
-    }
-
-    /// Resets the previous views: the next frame has no predecessor.
-    pub fn forget_shown(&mut self) {
-        if let Some(shown) = &mut self.shown {
-            shown.forget();
-        }
-    }
-
     /// Records a frame of views of one scene.
     pub fn record(
         &mut self,
@@ -164,9 +81,6 @@ impl Passes {
     ) -> Result<Vec<FrameResult>, RenderError> {
         if context.views.is_empty() {
             return Ok(Vec::new());
-        }
-        if let Some(shown) = &mut self.shown {
-            shown.begin();
         }
         // The prepass of every view, then light culling: views may share its work.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
@@ -224,7 +138,7 @@ impl Passes {
         if let Some(antialiasing) = &mut self.antialiasing {
             // The frames of a mean are antialiased by it, and leave no history.
             if context.is_averaged {
-                antialiasing.forget();
+                antialiasing.reset();
             }
             let smoothed = |slot: &usize| !context.is_averaged && !context.is_demodulated(*slot);
             for slot in (0..views.len()).filter(smoothed) {
@@ -241,7 +155,6 @@ impl Passes {
         if self.debug_views.is_none() && !renderings.is_empty() {
             self.output.meter(frame, &renderings, context.scene.light_unit())?;
         }
-        self.present.begin();
         let mut finished = Vec::with_capacity(views.len());
         for (slot, (view, shaded)) in views.iter().zip(results).enumerate() {
             let display = self.finish(frame, view, &shaded, context.target(slot))?;
@@ -283,7 +196,7 @@ impl Passes {
             };
             // The caller draws transparent surfaces itself.
             let draws = VisibleDraws { solid: draws.solid, transparent: Vec::new() };
-            let middle = surface.clone();
+            let center_surface = surface.clone();
             return Ok(ViewContext {
                 scene,
                 key,
@@ -291,7 +204,7 @@ impl Passes {
                 buffer,
                 draws,
                 surface,
-                middle,
+                center_surface,
                 rotation,
                 structures: Vec::new(),
             });
@@ -299,15 +212,15 @@ impl Passes {
         let mut show =
             |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
         let surface = show(&mut self.prepass)?;
-        let middle = match &mut self.one_sample {
+        let center_surface = match &mut self.one_sample {
             None => surface.clone(),
             Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structures: Vec::new() })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, center_surface, rotation, structures: Vec::new() })
     }
 
-    /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre of every view, as far as the settings request
-    /// it.
+    /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre
+    /// of every view, as far as the settings request it.
     fn arriving(
         &mut self,
         frame: &mut Frame<'_>,
@@ -315,7 +228,7 @@ impl Passes {
         is_sampled: bool,
     ) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
-            let surface = view.middle.clone();
+            let surface = view.center_surface.clone();
             let occlusion = self.occlusion.as_mut();
             let ambient_visibility = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();
@@ -373,8 +286,8 @@ impl Passes {
     }
 }
 
-/// Number of successive frames of a mean that share the rotation of the direction set, so deep images are built once for them. Higher:
-/// fewer builds, but the set's directions stay visible for longer (figures: `progressive/README.md`).
+/// Number of successive frames of a mean that share the rotation of the direction set, so deep images are built once
+/// for them. Higher: fewer builds, but the set's directions stay visible for longer (figures: `progressive/README.md`).
 pub(crate) const FRAMES_PER_ROTATION: u32 = 4;
 
 /// The rotation of the direction set of the deep images; in a mean it changes every few frames.

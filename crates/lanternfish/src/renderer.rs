@@ -1,5 +1,6 @@
 //! The renderer: from a scene and a camera to an image.
 
+mod aovs;
 mod build;
 mod change;
 mod edit;
@@ -33,10 +34,10 @@ use crate::{
     aovs::AovPass,
     context::FrameContext,
     error::RenderError,
-    frame::{FrameResult, Passes, Shaded},
+    frame::{FrameResult, Passes},
     gpu_scene::{GpuScene, SceneRequirements},
-    light_culling::LightCullingPasses,
     settings::{Exposure, Settings},
+    shading::Shaded,
     view::View,
 };
 
@@ -88,7 +89,8 @@ pub struct RenderedImage {
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
-    /// Scene-referred: linear Rec. 709, nits; alpha is the coverage of surfaces, or [opacity](crate::settings::Background).
+    /// Scene-referred: linear Rec. 709, nits; alpha is the coverage of surfaces, or
+    /// [opacity](crate::settings::Background).
     pub radiance: Vec<[f32; 4]>,
     /// The display image: exposed, tone-mapped and sRGB-encoded, with straight alpha; or the debug view.
     pub display: Vec<[u8; 4]>,
@@ -107,8 +109,8 @@ impl RenderedImage {
 impl Renderer {
     /// Compiles the passes that these settings need.
     ///
-    /// Optional features of the device are used ([`lanternfish_gpu::Gpu::WANTED_FEATURES`] lists them). A setting that needs a missing
-    /// feature is an error.
+    /// Optional features of the device are used ([`lanternfish_gpu::Gpu::WANTED_FEATURES`] lists them). A setting that
+    /// needs a missing feature is an error.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
         Self::with_engine(&Engine::new(device, queue), settings)
     }
@@ -149,15 +151,16 @@ impl Renderer {
         &self.settings
     }
 
-    /// Sets the exposure of later display images, which must be finite. Means of frames are not reset ([`Self::refine`]), because they
-    /// store radiance.
+    /// Sets the exposure of later display images, which must be finite. Means of frames are not reset
+    /// ([`Self::refine`]), because they store radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
         (self.settings.image.exposure, self.effective.image.exposure) = (exposure, exposure);
         Ok(())
     }
 
-    /// The exposure of the last frame, EV; the measured one for [`Exposure::Auto`]. Waits for the device. None for a debug view.
+    /// The exposure of the last frame, EV; the measured one for [`Exposure::Auto`]. Waits for the device. None for a
+    /// debug view.
     pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
         match &self.passes.debug_views {
             None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),
@@ -165,16 +168,11 @@ impl Renderer {
         }
     }
 
-    /// Calls `watcher` before each pass of a blocking frame ([`Self::render`] and similar functions), for progress bars.
-    /// The host then waits for every pass, which costs time on a graphics card. Images do not change.
+    /// Calls `watcher` before each pass of a blocking frame ([`Self::render`] and similar functions), for progress
+    /// bars. The host then waits for every pass, which costs time on a graphics card. Images do not change.
     #[doc(hidden)]
     pub fn watch_passes(&mut self, watcher: Option<PassWatcher>) {
         self.profiler.watch(watcher);
-    }
-
-    /// The light culling passes, if they are of this type.
-    pub(crate) fn culling_passes<P: LightCullingPasses>(&self) -> Option<&P> {
-        self.passes.light_culling.passes()
     }
 
     /// Device memory of its frames.
@@ -184,14 +182,16 @@ impl Renderer {
         FrameMemory { bytes: pool.bytes(), device_bytes, lists: pool.capacities() }
     }
 
-    /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result. `size`: width and height, pixels.
+    /// Renders a camera's view of a scene that this renderer uploaded, and waits for the result. `size`: width and
+    /// height, pixels.
     pub fn render(&mut self, scene: &GpuScene, camera: &Camera, size: [u32; 2]) -> Result<RenderedImage, RenderError> {
         Ok(self.render_views(scene, &[(camera, size)])?.remove(0))
     }
 
     /// Renders several views of a scene at once: cameras with the sizes of their images. Views may share light culling
-    /// ([`crate::light_culling::clustered::Grouping`]); the first report has the times of all passes and the shared counters. Each image is
-    /// the mean of [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) frames.
+    /// ([`crate::light_culling::clustered::Grouping`]); the first report has the times of all passes and the shared
+    /// counters. Each image is the mean of [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate)
+    /// frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
@@ -237,26 +237,26 @@ impl Renderer {
         Ok(results)
     }
 
-    /// Discards all state that frames store, as needed after an error: a partly recorded frame never ran, and the pool may hold resources
-    /// that the device failed to allocate.
+    /// Discards all state that frames store, as needed after an error: a partly recorded frame never ran, and the pool
+    /// may hold resources that the device failed to allocate.
     fn forget_frames(&mut self) {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         discarded(&self.device, &self.queue, &mut self.profiler, pool);
         pool.empty(&self.device);
-        self.passes.forget();
+        self.passes.progressive.reset();
         self.flight.forget();
     }
 
-    /// Sets the growth policy of lists in frames of images. By default the frame that overflows a list waits for the device and repeats
-    /// with a larger list. With another policy, [`Self::render`] may return an incomplete frame.
+    /// Sets the growth policy of lists in frames of images. By default the frame that overflows a list waits for the
+    /// device and repeats with a larger list. With another policy, [`Self::render`] may return an incomplete frame.
     #[cfg(any(test, feature = "testing"))]
     pub fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         self.image_growth = growth;
         self.use_growth(growth)
     }
 
-    /// Sets the growth policy of lists in the next frames. A frame with deferred readback that overflows a list draws nothing: its display
-    /// image and its mean are those of the last complete frame of that size.
+    /// Sets the growth policy of lists in the next frames. A frame with deferred readback that overflows a list draws
+    /// nothing: its display image and its mean are those of the last complete frame of that size.
     fn use_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         if pool.growth() == growth {
@@ -264,9 +264,9 @@ impl Renderer {
         }
         self.passes.structures.iter().try_for_each(|(_, structure)| structure.check_growth(growth))?;
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
-        // State of an incomplete frame is not valid for frames with blocking readback, and the number of frames in a mean is counted on the
-        // device for one policy and on the host for the other.
-        self.passes.forget();
+        // State of an incomplete frame is not valid for frames with blocking readback, and the number of frames in a
+        // mean is counted on the device for one policy and on the host for the other.
+        self.passes.progressive.reset();
         Ok(self.engine.within(|| pool.set_growth(&self.device, growth))?)
     }
 

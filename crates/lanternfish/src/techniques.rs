@@ -16,10 +16,16 @@ pub use crate::{
 };
 use crate::{
     direct_light::{Direct, DirectTechnique},
+    error::RenderError,
     indirect::{Indirect, IndirectTechnique, Quality},
-    light_culling::CullingTechnique,
+    light_culling::{
+        CullingTechnique, LightCullingPasses,
+        clustered::{GridContents, contents::contents_of_grids},
+        tiled::{TileContents, contents::tiles_of_views},
+    },
     occlusion::OcclusionTechnique,
     rays::{OwnTracers, Tracer},
+    renderer::Renderer,
     shaders::Shaders,
     technique::{AnyTechnique, Choice, Kind, Registry},
 };
@@ -39,6 +45,31 @@ impl Kind for dyn CullingTechnique {
         static REGISTRY: Registry<dyn CullingTechnique> =
             Registry::new(|| vec![Tiled::default().into(), Clustered::default().into()]);
         &REGISTRY
+    }
+}
+
+impl Renderer {
+    /// Contents of the last frame's clusters, one item per grid ([`Grouping`]), read back from the device for
+    /// measurements. Empty before the first frame, and without [`Clustered`].
+    #[doc(hidden)]
+    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
+        self.culled(contents_of_grids)
+    }
+
+    /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first
+    /// frame, and without [`Tiled`].
+    #[doc(hidden)]
+    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
+        self.culled(tiles_of_views)
+    }
+
+    /// What `read` finds in the light culling passes, if they are of this type.
+    fn culled<P: LightCullingPasses, T>(
+        &self,
+        read: fn(&P, &wgpu::Device, &wgpu::Queue) -> Result<Vec<T>, RenderError>,
+    ) -> Result<Vec<T>, RenderError> {
+        let passes = self.passes.light_culling.passes();
+        passes.map_or(Ok(Vec::new()), |passes| read(passes, &self.device, &self.queue))
     }
 }
 

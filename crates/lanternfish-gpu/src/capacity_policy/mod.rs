@@ -190,8 +190,8 @@ impl Frame<'_> {
     /// With deferred readback: a buffer with the arguments of an indirect draw of three vertices, which draws nothing if the frame is
     /// incomplete. Word 1 is 1 if the frame is complete, word 4 is the number of accumulated frames ([`Self::count_frame`]).
     #[doc(hidden)]
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.pool.capacity_policy.whole()
+    pub fn completeness_buffer(&self) -> Option<wgpu::Buffer> {
+        self.pool.capacity_policy.completeness_buffer()
     }
 
     /// With deferred readback, adds this frame to the number of accumulated frames if it is complete. `is_first` resets the number first.

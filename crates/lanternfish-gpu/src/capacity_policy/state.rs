@@ -62,7 +62,7 @@ impl CapacityPolicy {
         capacities
     }
 
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
+    pub fn completeness_buffer(&self) -> Option<wgpu::Buffer> {
         self.deferred().map(|deferred| deferred.words.clone())
     }
 

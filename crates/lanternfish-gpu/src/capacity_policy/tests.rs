@@ -33,7 +33,7 @@ impl<'g> Frames<'g> {
             };
             lists.push(frame.capacity_for(&counted).unwrap());
         }
-        let words = frame.whole();
+        let words = frame.completeness_buffer();
         frame.submit();
         let read = |words: &wgpu::Buffer| read_back::<u32>(&gpu.device, &gpu.queue, words, 2).unwrap();
         (lists, words.map(|words| read(&words)[1] == 1))

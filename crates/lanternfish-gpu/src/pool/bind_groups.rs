@@ -4,8 +4,8 @@ use std::{collections::HashMap, num::NonZeroU64};
 
 use crate::made;
 
-/// A bound resource, as part of a cache key. The handles keep the resource alive, so that its identity is not reused while the bind group
-/// is cached.
+/// A bound resource, as part of a cache key. The handles keep the resource alive, so that its identity is not reused
+/// while the bind group is cached.
 #[derive(Debug, PartialEq, Eq, Hash)]
 enum Resource {
     Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),
@@ -31,13 +31,13 @@ impl Resource {
 }
 
 #[derive(Debug, PartialEq, Eq, Hash)]
-struct Key {
+pub(super) struct Key {
     layout: wgpu::BindGroupLayout,
     entries: Vec<(u32, Resource)>,
 }
 
 #[derive(Debug)]
-struct Kept {
+pub(super) struct CachedBindGroup {
     bind_group: wgpu::BindGroup,
     last_frame: u64,
 }
@@ -46,13 +46,13 @@ struct Kept {
 #[derive(Debug)]
 pub struct BindGroups {
     device: wgpu::Device,
-    kept: HashMap<Key, Kept>,
+    pub(super) all: HashMap<Key, CachedBindGroup>,
     frame: u64,
 }
 
 impl BindGroups {
     pub(super) fn new(device: &wgpu::Device) -> Self {
-        Self { device: device.clone(), kept: HashMap::new(), frame: 0 }
+        Self { device: device.clone(), all: HashMap::new(), frame: 0 }
     }
 
     /// The bind group of a layout with these entries, from the cache or new.
@@ -64,22 +64,18 @@ impl BindGroups {
     ) -> wgpu::BindGroup {
         let resources = entries.iter().map(|entry| (entry.binding, Resource::new(&entry.resource)));
         let key = Key { layout: layout.clone(), entries: resources.collect() };
-        let kept = self.kept.entry(key).or_insert_with(|| {
+        let cached = self.all.entry(key).or_insert_with(|| {
             made::count(|made| made.bind_groups += 1);
             let bind_group =
                 self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries });
-            Kept { bind_group, last_frame: self.frame }
+            CachedBindGroup { bind_group, last_frame: self.frame }
         });
-        kept.last_frame = self.frame;
-        kept.bind_group.clone()
+        cached.last_frame = self.frame;
+        cached.bind_group.clone()
     }
 
     pub(super) fn begin(&mut self, frame: u64, oldest: u64) {
         self.frame = frame;
-        self.kept.retain(|_, kept| kept.last_frame >= oldest);
-    }
-
-    pub(super) fn forget(&mut self) {
-        self.kept.clear();
+        self.all.retain(|_, cached| cached.last_frame >= oldest);
     }
 }

@@ -1,8 +1,8 @@
 //! Transient resources that frames reuse: buffers, textures, uniform memory, bind groups.
 //!
-//! A frame requests a resource by label and size, and gets one that no other request of the same frame has. When the next frame begins,
-//! all resources are free again. A frame with the same requests in the same order as the previous one gets the same resources and creates
-//! none. A resource without a request in the last few frames is dropped.
+//! A frame requests a resource by label and size, and gets one that no other request of the same frame has. When the
+//! next frame begins, all resources are free again. A frame with the same requests in the same order as the previous
+//! one gets the same resources and creates none. A resource without a request in the last few frames is dropped.
 
 mod bind_groups;
 mod buffers;
@@ -22,8 +22,8 @@ pub(crate) use self::{
 
 use crate::{Arrived, GpuError, Growth, Outcome, capacity_policy::CapacityPolicy};
 
-/// Number of frames that an unused resource is kept. A higher number avoids allocations when a view changes back and forth, and holds
-/// more memory.
+/// Number of frames that an unused resource is kept. A higher number avoids allocations when a view changes back and
+/// forth, and holds more memory.
 const KEPT_FRAMES: u64 = 4;
 
 /// Transient resources that frames reuse. A frame's resources are valid until the next frame of the pool begins.
@@ -35,7 +35,10 @@ pub struct Pool {
     pub(crate) bind_groups: BindGroups,
     pub(crate) capacity_policy: CapacityPolicy,
     pub(crate) memory: HostMemory,
-    frame: u64,
+    /// Number of frames so far.
+    pub(crate) frame: u64,
+    /// See [`crate::AcrossFrames`].
+    pub(crate) epoch: u64,
     pub(crate) waits: u64,
 }
 
@@ -50,6 +53,7 @@ impl Pool {
             capacity_policy: CapacityPolicy::default(),
             memory: HostMemory::new(device),
             frame: 0,
+            epoch: 0,
             waits: 0,
         }
     }
@@ -64,8 +68,10 @@ impl Pool {
         self.capacity_policy.capacities()
     }
 
-    /// Sets when the capacity of lists grows, from the next frame on. The default is [`Growth::Blocking`].
+    /// Sets when the capacity of lists grows, from the next frame on, and discards what earlier frames left for later
+    /// ones ([`crate::AcrossFrames`]). The default is [`Growth::Blocking`].
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
+        self.epoch += 1;
         self.capacity_policy.set_growth(device, growth)
     }
 
@@ -74,16 +80,16 @@ impl Pool {
         self.capacity_policy.growth()
     }
 
-    /// Takes the outcome of the oldest frame with deferred readback. `None` while the device is still busy with it. Never waits; returns
-    /// each outcome once.
+    /// Takes the outcome of the oldest frame with deferred readback. `None` while the device is still busy with it.
+    /// Never waits; returns each outcome once.
     pub fn outcome(&mut self, device: &wgpu::Device) -> Option<Outcome> {
         self.capacity_policy.collect(device);
         self.capacity_policy.outcome()
     }
 
-    /// With deferred readback: the buffer of [`crate::Frame::whole`].
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.capacity_policy.whole()
+    /// With deferred readback: the buffer of [`crate::Frame::completeness_buffer`].
+    pub fn completeness_buffer(&self) -> Option<wgpu::Buffer> {
+        self.capacity_policy.completeness_buffer()
     }
 
     /// Numbers of frames with deferred readback that have arrived.
@@ -98,11 +104,13 @@ impl Pool {
 
     /// Drops all cached bind groups. They keep their resources alive, for example those of a dropped scene.
     pub fn forget_bind_groups(&mut self) {
-        self.bind_groups.forget();
+        self.bind_groups.all.clear();
     }
 
-    /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the device rejected.
+    /// Drops everything except the capacities of lists, for use after an error: the pool may hold resources that the
+    /// device rejected. Discards what earlier frames left for later ones, too ([`crate::AcrossFrames`]).
     pub fn empty(&mut self, device: &wgpu::Device) {
+        self.epoch += 1;
         self.buffers = Buffers::new(device);
         self.textures = Textures::default();
         self.uniforms = Uniforms::new(device);
@@ -119,7 +127,8 @@ impl Pool {
         self.textures.get(device, &mut self.memory, wanted)
     }
 
-    /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of `commands`.
+    /// Begins a frame: all resources are free again. Records clears of the written zeroed buffers at the start of
+    /// `commands`.
     pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
         self.frame += 1;
         self.memory.begin();

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashMap;
-
 use glam::Vec2;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct};
 
@@ -12,10 +10,9 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     output::cover,
-    prepass::{KEPT_FRAMES, ViewKey},
     shaders::{Root, Shaders},
     texture::{PingPong, RADIANCE_FORMAT, Radiance, target},
-    view::{View, jitter_of_frame},
+    view::{PerView, View, jitter_of_frame},
 };
 
 /// The shaders of this folder.
@@ -41,11 +38,14 @@ gpu_struct! {
 
 /// Least weight of a frame. Lower: smoother edges and less noise; ghosts and blur last longer.
 const LEAST_WEIGHT: f32 = 0.1;
-/// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is short.
+/// Number of different points of a pixel. More: smoother edges at rest, and edges that tremble where the history is
+/// short.
 const POINTS: u32 = 16;
-/// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more flicker.
+/// Width of the area over which textures are filtered, pixels: the points filter them again. Less: sharper, more
+/// flicker.
 const TEXTURE_WIDTH: f32 = 0.5;
-/// Frames without a change before a change of light that restarts the history. Less: edges in flickering light have steps.
+/// Frames without a change before a change of light that restarts the history. Less: edges in flickering light have
+/// steps.
 const UNCHANGED: u32 = 8;
 /// Bytes of a pixel in one of a view's two textures.
 const BYTES_PER_PIXEL: u64 = 8;
@@ -58,19 +58,19 @@ pub struct TemporalAntialiasing {
     /// Compiled for the first frame with deferred readback.
     later: Option<RasterPipeline>,
     sampler: wgpu::Sampler,
-    views: HashMap<ViewKey, Kept>,
+    histories: PerView<ViewHistory>,
 }
 
 /// The history of a view.
 #[derive(Debug)]
-struct Kept {
+struct ViewHistory {
     radiance: PingPong,
-    last_frame: u64,
     /// Number of frames in it, with the last one.
     frames: u32,
 }
 
-/// Shifts a view by the subpixel jitter of a frame, and narrows the filter of its textures. `frames`: number of its known earlier frames.
+/// Shifts a view by the subpixel jitter of a frame, and narrows the filter of its textures. `frames`: number of its
+/// known earlier frames.
 pub(crate) fn jitter(view: &mut View, frames: u32) {
     if frames > 0 {
         view.shift(jitter_of(view, frames));
@@ -78,7 +78,8 @@ pub(crate) fn jitter(view: &mut View, frames: u32) {
     }
 }
 
-/// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has none.
+/// Subpixel jitter of a view after this number of known earlier frames, pixels, x right and y down. The first frame has
+/// none.
 fn jitter_of(view: &View, frames: u32) -> Vec2 {
     let point = if frames == 0 { Vec2::ZERO } else { jitter_of_frame(2 + (frames - 1) % POINTS) };
     view.jitter_extent() * point
@@ -93,28 +94,26 @@ impl TemporalAntialiasing {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        Ok(Self { pipeline: pipeline(device, &[])?, later: None, sampler, views: HashMap::new() })
+        Ok(Self { pipeline: pipeline(device, &[])?, later: None, sampler, histories: PerView::default() })
     }
 
     /// Discards the history of all views.
-    pub fn forget(&mut self) {
-        self.views.clear();
+    pub fn reset(&mut self) {
+        self.histories.clear();
     }
 
-    /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits; alpha is the coverage of
-    /// surfaces. The view is jittered.
+    /// Returns the antialiased radiance of a view's frame, which also is the history of the next one: linear, nits;
+    /// alpha is the coverage of surfaces. The view is jittered.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { view, buffer, key, middle, .. }: &ViewContext<'_>,
+        ViewContext { view, buffer, key, center_surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
     ) -> Result<wgpu::TextureView, RenderError> {
-        let Some(motion) = &middle.motion else { unreachable!("the settings request motion") };
-        let number = frame.number();
-        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
+        let Some(motion) = &center_surface.motion else { unreachable!("the settings request motion") };
         let size = view.size;
         let new = |device: &wgpu::Device| target(device, LABEL, size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
-        let last = self.views.remove(key);
+        let last = self.histories.take(frame, *key);
         // The history of a view that is new or shows another scene is of other surfaces.
         let frames = last.as_ref().filter(|_| motion.before.is_some()).map_or(0, |last| last.frames);
         // After a single change of light alone, clipping would leave bright edges of the former light.
@@ -124,8 +123,8 @@ impl TemporalAntialiasing {
         let counted = if is_relit { 0 } else { frames };
         let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
         let radiances = PingPong::next(last.map(|last| last.radiance), frame, size, (LABEL, bytes), new)?;
-        let kept = Kept { radiance: radiances.clone(), last_frame: number, frames: counted.saturating_add(1) };
-        self.views.insert(*key, kept);
+        let history = ViewHistory { radiance: radiances.clone(), frames: counted.saturating_add(1) };
+        self.histories.leave(frame, *key, history);
         let parameters = frame.uniform(&AntialiasingParameters {
             jitter: jitter_of(view, view.random_index),
             weight: (1.0 / (counted as f32 + 1.0)).max(LEAST_WEIGHT),
@@ -133,12 +132,12 @@ impl TemporalAntialiasing {
         });
         let bindings = buffer
             .bindings()
-            .with(&middle.bindings())
+            .with(&center_surface.bindings())
             .part("antialiasing", &parameters)
             .texture("radiance_texture", &radiance.target)
             .texture("history_texture", &radiances.before)
             .sampler("history_sampler", &self.sampler);
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => cover(frame, &self.pipeline, LABEL, &bindings, &radiances.now),
             Some(capacity_policy) => {
                 let later = match &mut self.later {

@@ -1,11 +1,11 @@
-//! Arbitrary output variables (AOVs): what the nearest surface at each pixel's centre is, as numbers, for data sets and compositing.
+//! Arbitrary output variables (AOVs): what the nearest surface at each pixel's centre is, as numbers, for data sets and
+//! compositing.
 
 #[cfg(test)]
 mod tests;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use lanternfish_gpu::{Feature, Frame, Profiler, read_texture};
-use lanternfish_limits::memory::Budget;
+use lanternfish_gpu::{Feature, Frame};
 use lanternfish_scene::Camera;
 use rayon::prelude::*;
 
@@ -13,7 +13,6 @@ use crate::{
     error::RenderError,
     gpu_scene::{Faces, GeometryAt, GpuScene, MASKED, PassState, SceneRaster, TEXTURES},
     prepass::{DEPTH_FORMAT, MOTION, ViewMotion},
-    renderer::Renderer,
     shaders::{Root, Shaders},
     texture::frame_target,
     view::View,
@@ -29,9 +28,11 @@ pub(crate) const DECLARED: Shaders =
 /// What the texels of the two targets hold: `surface.wesl`.
 const FORMATS: [wgpu::TextureFormat; 2] = [wgpu::TextureFormat::Rgba32Uint, wgpu::TextureFormat::Rgba32Float];
 
-/// What the nearest surface at each pixel's centre is. Rows from the top, without antialiasing: no value is a mix of two surfaces.
+/// What the nearest surface at each pixel's centre is. Rows from the top, without antialiasing: no value is a mix of
+/// two surfaces.
 ///
-/// A surface counts where its opacity is at least ½, so glass counts and an alpha mask's holes do not. Where there is no surface every value is 0.
+/// A surface counts where its opacity is at least ½, so glass counts and an alpha mask's holes do not. Where there is
+/// no surface every value is 0.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Aovs {
@@ -49,8 +50,8 @@ pub struct Aovs {
     pub normal: Vec<[f32; 3]>,
     /// Base colour, linear Rec. 709, 0 to 1.
     pub albedo: Vec<[f32; 3]>,
-    /// Where the point of the surface is in the next frame, less where it is now: x right and y down, pixels. 0 without a next frame, and for
-    /// points that the next frame's camera has behind it.
+    /// Where the point of the surface is in the next frame, less where it is now: x right and y down, pixels. 0 without
+    /// a next frame, and for points that the next frame's camera has behind it.
     pub motion: Vec<[f32; 2]>,
     /// Index in [`Scene::instances`](lanternfish_scene::Scene::instances), plus 1.
     pub instance: Vec<u32>,
@@ -61,11 +62,11 @@ pub struct Aovs {
 /// A view of a scene as it was at one time: the next frame, for [`Aovs::motion`].
 #[derive(Debug)]
 pub struct Moment {
-    camera: Camera,
-    instances: wgpu::Buffer,
-    positions: wgpu::Buffer,
+    pub(crate) camera: Camera,
+    pub(crate) instances: wgpu::Buffer,
+    pub(crate) positions: wgpu::Buffer,
     /// The scene's instance of each draw instance.
-    order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
 }
 
 /// The pass that draws them.
@@ -93,8 +94,9 @@ impl AovPass {
         Self { solid: raster(&[MOTION, IDENTIFIED], true), transparent: raster(&[MOTION, IDENTIFIED, MASKED], false) }
     }
 
-    /// Draws a view's surfaces and returns the two targets. `other_frame`: the view and the geometry to which motion is relative.
-    fn record(
+    /// Draws a view's surfaces and returns the two targets. `other_frame`: the view and the geometry to which motion is
+    /// relative.
+    pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
@@ -138,61 +140,12 @@ impl AovPass {
     }
 }
 
-impl Renderer {
-    /// What the nearest surface at each pixel's centre is, aligned with the image of [`Self::render`] to the pixel, whatever the settings.
-    /// Draws the scene again, and waits for the device. `next`: the next frame, for motion; it has the same meshes and instances.
-    pub fn aovs(
-        &mut self,
-        scene: &GpuScene,
-        camera: &Camera,
-        size: [u32; 2],
-        next: Option<&Moment>,
-    ) -> Result<Aovs, RenderError> {
-        let pixels = u64::from(size[0]) * u64::from(size[1]);
-        Budget::of_process()
-            .check(pixels * Aovs::BYTES_PER_PIXEL, || format!("output variables of {pixels} pixels need"))
-            .map_err(RenderError::ImageTooLarge)?;
-        let single = |view: &View| View { samples: 1, ..*view };
-        let view = single(&self.views(scene, &[(camera, size)])?[0]);
-        let other_view = match next {
-            Some(next) => single(&self.views(scene, &[(&next.camera, size)])?[0]),
-            None => view,
-        };
-        // A surface that is mirrored since then has another place in the order of draws.
-        let alike = |next: &&Moment| {
-            next.order == scene.geometry.order() && next.positions.size() == scene.geometry.positions.size()
-        };
-        let other_frame = match next.filter(alike) {
-            Some(Moment { instances, positions, .. }) => GeometryAt { instances, positions },
-            None => scene.geometry_now(),
-        };
-        self.check_device()?;
-        let [identity, place] = self.checked_work(|this| {
-            let Self { device, queue, engine, aovs, .. } = this;
-            let mut profiler = Profiler::new(device, queue);
-            let mut frame = Frame::new(device, queue, &mut profiler);
-            let targets = engine.within(|| aovs.record(&mut frame, scene, &view, (&other_view, other_frame)))?;
-            frame.submit();
-            Ok(targets)
-        })?;
-        let identity = read_texture::<[u32; 4]>(&self.device, &self.queue, identity.texture())?;
-        let place = read_texture::<[f32; 4]>(&self.device, &self.queue, place.texture())?;
-        Ok(Aovs::of_texels(scene, &view, &identity, &place))
-    }
-
-    /// A copy of what [`Self::aovs`] needs of a frame that is next.
-    pub fn moment(&self, scene: &GpuScene, camera: &Camera) -> Moment {
-        let [instances, positions] = scene.copied_geometry(&self.queue);
-        Moment { camera: camera.clone(), instances, positions, order: scene.geometry.order() }
-    }
-}
-
 impl Aovs {
     /// Memory of a pixel while they are read back, bytes: the texels and the values.
     #[doc(hidden)]
     pub const BYTES_PER_PIXEL: u64 = 32 + 4 * (1 + 1 + 3 + 3 + 3 + 2 + 1 + 1);
 
-    fn of_texels(scene: &GpuScene, view: &View, identity: &[[u32; 4]], place: &[[f32; 4]]) -> Self {
+    pub(crate) fn of_texels(scene: &GpuScene, view: &View, identity: &[[u32; 4]], place: &[[f32; 4]]) -> Self {
         let (width, height) = view.size.into();
         // Texels without a surface are 0.
         let drawn = |texel: &[u32; 4]| Some(scene.geometry.draw_instance(texel[0].checked_sub(1)?));
@@ -223,7 +176,8 @@ impl Aovs {
     }
 }
 
-/// The point at this distance along the view axis that a point of the image shows, view space: as `view_from_depth` of `view.wesl`.
+/// The point at this distance along the view axis that a point of the image shows, view space: as `view_from_depth` of
+/// `view.wesl`.
 fn view_from_distance(view: &View, pixel: DVec2, distance: f64) -> DVec3 {
     let ndc = pixel / view.size.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
     let [x, y, z, w] = [0, 1, 2, 3].map(|column| view.clip_from_view.col(column).as_dvec4());

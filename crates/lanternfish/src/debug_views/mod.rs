@@ -10,7 +10,6 @@ use lanternfish_gpu::{
 use crate::{
     context::ViewContext,
     error::RenderError,
-    frame::Shaded,
     indirect::Indirect,
     indirect::{DemodulatedIrradiance, INDIRECT},
     light_culling::Culling,
@@ -21,6 +20,7 @@ use crate::{
     prepass::MOTION,
     settings::{DebugView, Settings},
     shaders::{Root, Shaders},
+    shading::Shaded,
     shadows::VisibilityPlan,
     texture::frame_target,
 };
@@ -148,7 +148,7 @@ impl DebugViews {
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, center_surface, .. }: &ViewContext<'_>,
         Shaded { radiance, visibility, ambient_visibility, indirect, lights, .. }: &Shaded,
         display: &wgpu::TextureView,
     ) {
@@ -173,7 +173,7 @@ impl DebugViews {
         let indirect = indirect.as_ref().map(DemodulatedIrradiance::bindings).unwrap_or_default();
         let light = ambient_visibility.with(&indirect);
         let lists = lights.as_ref().map(LightLists::bindings).unwrap_or_default();
-        let bindings = shared.with(&middle.bindings()).with(&lists).with(&light).with(&own);
+        let bindings = shared.with(&center_surface.bindings()).with(&lists).with(&light).with(&own);
         show(frame, &self.pipeline, "debug_views", &bindings, display);
     }
 }

@@ -52,9 +52,6 @@ pub trait DirectTechnique: AnyTechnique {
 
 /// The passes of a technique.
 pub trait DirectPasses: Send + fmt::Debug {
-    /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
-    fn forget(&mut self) {}
-
     /// Whether the technique lights frames of this scene; otherwise shading evaluates every listed light.
     fn lights(&mut self, _scene: &GpuScene) -> bool {
         true

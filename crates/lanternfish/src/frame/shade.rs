@@ -2,14 +2,14 @@
 
 use lanternfish_gpu::{BufferPart, Frame};
 
-use super::{Passes, Shaded};
+use super::Passes;
 use crate::{
     context::ViewContext,
     error::RenderError,
     gpu_scene::Draw,
     indirect::DemodulatedIrradiance,
     light_culling::LightLists,
-    shading::{AccumulatedRatios, Arriving, DirectFrom, Shadowing, Sums},
+    shading::{AccumulatedRatios, Arriving, DirectFrom, Shaded, Shadowing, Sums},
     shadows::{Visibility, VisibilityPlan},
     texture::Radiance,
 };
@@ -122,8 +122,8 @@ impl Passes {
         accumulated.map(Some)
     }
 
-    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one buffer, both run in bands
-    /// of rows.
+    /// Traces the shadows of a view and runs the next pass with them. If the visibility of all pixels exceeds one
+    /// buffer, both run in bands of rows.
     fn by_bands(
         &mut self,
         frame: &mut Frame<'_>,
@@ -138,7 +138,7 @@ impl Passes {
         for (index, band) in plan.bands() {
             let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
             let visibility = match is_traced {
-                true => plan.band(frame, view.middle.size.y, &band),
+                true => plan.band(frame, view.center_surface.size.y, &band),
                 false => shadows.record(frame, view, lights, plan, index, band),
             };
             go_on(self, frame, Some(&visibility))?;

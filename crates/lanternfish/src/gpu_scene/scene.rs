@@ -228,7 +228,10 @@ impl GpuScene {
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
             panes: std::mem::take(&mut tracing.panes),
-            hits: parts.hits.then(|| Hits::new(device, queue, scene, storage, &tracing)).transpose()?,
+            hits: match parts.hits {
+                false => None,
+                true => Some(Hits::new(device, queue, scene, storage, (&tracing.parts, &tracing.triangles))?),
+            },
             light_trees,
             placed: Placed::new(scene, tracing, unchanged.decided, skipped_levels),
             moving: None,

@@ -147,9 +147,9 @@ gpu_struct! {
         /// Linear of a coat; sRGB and alpha of sheen.
         coat_or_sheen_map: TextureSlot,
         /// Linear.
-        coat_roughness_or_grain_map: TextureSlot,
+        coat_roughness_or_anisotropy_map: TextureSlot,
         /// Linear.
-        coat_normal_or_film_map: TextureSlot,
+        coat_normal_or_iridescence_map: TextureSlot,
     }
 }
 
@@ -180,9 +180,9 @@ gpu_constants! {
     pub const DIFFUSE_TRANSMISSION_COLOR_MAPPED: u32 = 16384;
     pub const SHEEN_COLOR_MAPPED: u32 = 32768;
     pub const SHEEN_ROUGHNESS_MAPPED: u32 = 65536;
-    pub const GRAIN_MAPPED: u32 = 131072;
-    pub const FILM_MAPPED: u32 = 262144;
-    pub const FILM_THICKNESS_MAPPED: u32 = 524288;
+    pub const ANISOTROPY_MAPPED: u32 = 131072;
+    pub const IRIDESCENCE_MAPPED: u32 = 262144;
+    pub const IRIDESCENCE_THICKNESS_MAPPED: u32 = 524288;
     /// Over a hidden background the surface shows only the shadows on it.
     pub const CATCHES_SHADOWS: u32 = 1048576;
 }

@@ -1,20 +1,21 @@
 //! Updates a scene on the device.
 //!
-//! 1. `outline.rs` compares the data that are costly to upload with those of the last upload. If they differ (meshes, instances, textures,
-//!    kinds of materials), the scene is uploaded again, except the images and the environment that are unchanged. Another environment
-//!    replaces the last one. In two levels the scene is also uploaded again in these cases: a mesh's only instance moves for the first time,
-//!    and the mesh gets a tree; a mesh that has a tree bends; a surface begins or ends to emit, and hits are shaded; an instance becomes
-//!    flat. Else:
-//! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over them.
-//! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms the traced
-//!    triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
+//! 1. `upload_signature.rs` compares the data that are costly to upload with those of the last upload. If they differ
+//!    (meshes, instances, textures, kinds of materials), the scene is uploaded again, except the images and the
+//!    environment that are unchanged. Another environment replaces the last one. In two levels the scene is also
+//!    uploaded again in these cases: a mesh's only instance moves for the first time, and the mesh gets a tree; a mesh
+//!    that has a tree bends; a surface begins or ends to emit, and hits are shaded; an instance becomes flat. Else:
+//! 2. Lights, the background and materials are written; if the emission of triangles has changed, so is the tree over
+//!    them.
+//! 3. If any instance or vertex has changed: writes the draw instances, and the vertices of deformed meshes; transforms
+//!    the traced triangles, in leaf order; refits the BVH, or builds the adapter's own structure again.
 
 mod one;
-mod outline;
 pub(super) mod placed;
 pub(super) mod previous;
 #[cfg(test)]
 pub(super) mod tests;
+mod upload_signature;
 
 use std::collections::BTreeSet;
 
@@ -22,8 +23,8 @@ use glam::{Affine3A, Vec3};
 use lanternfish_scene::{Environment, Scene};
 
 use self::{
-    outline::Outline,
     placed::{Unchanged, next_number, transforms},
+    upload_signature::UploadSignature,
 };
 use super::{
     scene::{DRAWS, ENVIRONMENT_BYTES, GpuScene, NODES},
@@ -48,15 +49,15 @@ use crate::{
 };
 
 impl GpuScene {
-    /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is unique among all
-    /// uploads. Lights do not change it.
+    /// Identifies the state of the triangles: it changes with every [`crate::Renderer::update`] that moved any, and is
+    /// unique among all uploads. Lights do not change it.
     #[doc(hidden)]
     pub fn generation(&self) -> u64 {
         self.placed.generation
     }
 
-    /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and is unique among all
-    /// uploads.
+    /// Identifies the state of the scene: it changes with every [`crate::Renderer::update`], whatever it changed, and
+    /// is unique among all uploads.
     #[doc(hidden)]
     pub fn revision(&self) -> u64 {
         self.placed.revision
@@ -76,24 +77,24 @@ impl GpuScene {
         scene: &Scene,
     ) -> Result<(), RenderError> {
         scene.validate()?;
-        let outline = Outline::of(scene);
-        let light = self.stored.next(scene, self.placed.outline.has_environment_of(&outline));
+        let signature = UploadSignature::of(scene);
+        let light = self.stored.next(scene, self.placed.signature.has_environment_of(&signature));
         if light.light_unit != self.stored.light_unit {
             // All but the images is stored in the unit.
-            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
+            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&signature) };
             let unchanged = Unchanged { environment: None, environment_light: None, ..unchanged };
             *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
         self.stored = light;
         if let (Some(_), Some(environment)) = (&self.environment, &scene.environment)
-            && !self.placed.outline.has_environment_of(&outline)
+            && !self.placed.signature.has_environment_of(&signature)
         {
             self.replace_environment(device, queue, environment)?;
-            self.placed.outline.take_environment_of(&outline);
+            self.placed.signature.take_environment_of(&signature);
         }
-        if self.placed.is_distrusted || outline != self.placed.outline {
-            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
+        if self.placed.is_distrusted || signature != self.placed.signature {
+            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&signature) };
             *self = Self::with(device, queue, scene, self.needs, light, unchanged)?;
             return Ok(());
         }
@@ -108,7 +109,7 @@ impl GpuScene {
         }
         let shining = emissive::shining(scene);
         let shines_as_before = !self.needs.parts.hits || shining == self.placed.shining;
-        let vertices: Vec<Option<u64>> = outline::vertices(scene).into_iter().map(Some).collect();
+        let vertices: Vec<Option<u64>> = upload_signature::vertices(scene).into_iter().map(Some).collect();
         let bent: Vec<usize> =
             (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
         let stands_still =
@@ -132,7 +133,8 @@ impl GpuScene {
                 self.placed.is_unsure = false;
                 return Ok(());
             }
-            // With a tree of its own a mesh's only instance moves at little cost from then on; without one a mesh bends so.
+            // With a tree of its own a mesh's only instance moves at little cost from then on; without one a mesh bends
+            // so.
             let of_moved = moved.iter().map(|(instance, _)| scene.instances[*instance].mesh);
             let meshes: BTreeSet<usize> = of_moved.chain(bent.iter().copied()).collect();
             let decide = |mesh: usize| (mesh, bent.binary_search(&mesh).is_err());
@@ -148,7 +150,7 @@ impl GpuScene {
                 || (!shines_as_before && emits_elsewhere)
                 || !moved.iter().all(|(instance, transform)| upper.takes(*instance, transform))
             {
-                let mut unchanged = self.unchanged(&outline);
+                let mut unchanged = self.unchanged(&signature);
                 unchanged.decided.extend(decided);
                 unchanged.decided.extend(bent.iter().map(|mesh| (*mesh, false)));
                 return self.upload_again(device, queue, scene, (light, unchanged), bent.is_empty());
@@ -203,7 +205,8 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Uploads a scene that has the same outline. Transforms of the previous frame are kept for motion vectors, if the draws are as before.
+    /// Uploads a scene that has the same signature. Transforms of the previous frame are kept for motion vectors, if
+    /// the draws are as before.
     fn upload_again(
         &mut self,
         device: &wgpu::Device,
@@ -241,7 +244,8 @@ impl GpuScene {
     /// Notes that the device has reported an error: the next update uploads the complete scene.
     pub(crate) fn distrust(&mut self) {
         self.placed.is_distrusted = true;
-        self.placed.forget();
+        self.placed.is_unsure = true;
+        self.placed.moved();
     }
 
     fn replace_environment(
@@ -261,9 +265,9 @@ impl GpuScene {
         Ok(())
     }
 
-    /// The data that a scene of this outline can keep.
-    fn unchanged(&self, now: &Outline) -> Unchanged {
-        let was = &self.placed.outline;
+    /// The data that a scene of this signature can keep.
+    fn unchanged(&self, now: &UploadSignature) -> Unchanged {
+        let was = &self.placed.signature;
         let images = self.textures.images(|image| was.has_image_of(now, image));
         let decided = if was == now { self.placed.decided.clone() } else { Decided::new() };
         let skipped_levels = was.has_images_of(now).then_some(self.placed.skipped_levels);

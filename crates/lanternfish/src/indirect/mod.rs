@@ -1,7 +1,7 @@
 //! Indirect light from other surfaces and from the environment.
 //!
-//! Every technique writes one structure, which shaders read through `indirect_light.wesl`: four layers of the size of the image. The
-//! library's own technique is [`sampled`].
+//! Every technique writes one structure, which shaders read through `indirect_light.wesl`: four layers of the size of
+//! the image. The library's own technique is [`sampled`].
 
 pub(crate) mod radiance_cache;
 pub mod sampled;
@@ -107,9 +107,11 @@ named_enum! {
     /// Quality of indirect light: rays per pixel and samples per cache entry.
     #[derive(Default)]
     Quality {
-        /// Screen probes: about one ray per pixel. In further frames of a mean, 4 diffuse and 1 glossy rays from every fourth pixel.
+        /// Screen probes: about one ray per pixel. In further frames of a mean, 4 diffuse and 1 glossy rays from every
+        /// fourth pixel.
         Draft = "draft": "Screen probes: about one ray per pixel, through the BVH",
-        /// 8 diffuse and 4 glossy rays per pixel, through the BVH; 16 and 4 in an image's first frame if the radiance cache lights their hits.
+        /// 8 diffuse and 4 glossy rays per pixel, through the BVH; 16 and 4 in an image's first frame if the radiance
+        /// cache lights their hits.
         #[default]
         Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
         /// 64 diffuse and 16 glossy rays per pixel, through the BVH; 128 first samples per entry of the radiance cache.
@@ -175,9 +177,6 @@ impl Indirect {
 
 /// The passes of a technique.
 pub trait IndirectPasses: Send + fmt::Debug {
-    /// Discards state kept between frames, after a frame that was not submitted or that the device refused.
-    fn forget(&mut self) {}
-
     /// Records the passes that compute the indirect light of a view's surface, one sample per pixel.
     fn record(
         &mut self,

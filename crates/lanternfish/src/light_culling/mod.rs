@@ -1,7 +1,7 @@
 //! Light culling: lists of the lights that may reach a point.
 //!
-//! Every technique produces one structure, read through `light_list.wesl`: cell c lists `light_indices[light_cells[c] .. light_cells[c +
-//! 1]]`, ascending. Techniques: [`all`] (the baseline), [`tiled`], [`clustered`].
+//! Every technique produces one structure, read through `light_list.wesl`: cell c lists `light_indices[light_cells[c]
+//! .. light_cells[c + 1]]`, ascending. Techniques: [`all`] (the baseline), [`tiled`], [`clustered`].
 
 pub mod all;
 pub mod clustered;
@@ -21,7 +21,6 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     lights::LightSet,
-    settings::Samples,
     shaders::Shaders,
     technique::{AnyTechnique, Choice, Technique, clone_of},
 };
@@ -89,8 +88,8 @@ pub trait CullingTechnique: AnyTechnique {
         false
     }
 
-    /// Compiles its passes.
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError>;
+    /// Compiles its passes, for images of so many samples per pixel.
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError>;
 }
 
 /// The passes of a technique.
@@ -103,9 +102,6 @@ pub trait LightCullingPasses: Send + Any + fmt::Debug {
         reach: Reach,
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError>;
-
-    /// Discards what is kept from frame to frame: the last frame was not submitted.
-    fn forget(&mut self) {}
 }
 
 /// The shaders of this folder, without those of its techniques.
@@ -164,7 +160,7 @@ pub struct LightCulling {
 
 impl LightCulling {
     /// Compiles the technique's passes.
-    pub fn new(device: &wgpu::Device, culling: &Culling, samples: Samples) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, culling: &Culling, samples: u32) -> Result<Self, RenderError> {
         let passes = culling.technique().map(|technique| technique.build(device, samples)).transpose()?;
         let tests_every_light = culling.technique().is_none_or(|technique| technique.tests_every_light());
         Ok(Self { passes, tests_every_light })
@@ -194,13 +190,6 @@ impl LightCulling {
         match &mut self.passes {
             None => views.iter().map(|_| all::record(frame, lights)).collect(),
             Some(passes) => passes.record(frame, views, reach, lights),
-        }
-    }
-
-    /// Discards what is kept from frame to frame: the last frame was not submitted.
-    pub fn forget(&mut self) {
-        if let Some(passes) = &mut self.passes {
-            passes.forget();
         }
     }
 

@@ -48,11 +48,6 @@ impl OcclusionPasses for AccumulatedOcclusion {
         self.passes.check_growth(growth)
     }
 
-    fn forget(&mut self) {
-        self.passes.forget();
-        self.histories.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

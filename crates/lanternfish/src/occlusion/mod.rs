@@ -1,8 +1,8 @@
-//! Ambient visibility (ambient occlusion and obscurance) of each visible surface, and the environment irradiance that it leaves:
-//! [`crate::environment_light`].
+//! Ambient visibility (ambient occlusion and obscurance) of each visible surface, and the environment irradiance that
+//! it leaves: [`crate::environment_light`].
 //!
-//! The library has no technique of this kind of its own: `lanternfish-papers` has two. Shaders that read the result import
-//! `ambient_visibility.wesl`.
+//! The library has no technique of this kind of its own: `lanternfish-papers` has two. Shaders that read the result
+//! import `ambient_visibility.wesl`.
 
 pub mod by_normal;
 mod history;
@@ -72,7 +72,8 @@ pub trait OcclusionTechnique: AnyTechnique {
         1
     }
 
-    /// True if its estimate has noise that differs from frame to frame. With a history, such estimates are accumulated over frames.
+    /// True if its estimate has noise that differs from frame to frame. With a history, such estimates are accumulated
+    /// over frames.
     fn is_noisy(&self) -> bool {
         false
     }
@@ -100,16 +101,13 @@ pub trait OcclusionPasses: Send + fmt::Debug {
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
-
-    /// Discards state kept between frames, after a frame that was not submitted.
-    fn forget(&mut self) {}
 }
 
 /// Ambient visibility of each pixel's opaque surface.
 #[derive(Clone, Debug)]
 pub struct AmbientVisibility {
-    /// Ambient visibility, 0 to 1, as 32-bit floats: the only single-channel format that compute passes may write on every device. 1 where
-    /// nothing occludes and where there is no surface.
+    /// Ambient visibility, 0 to 1, as 32-bit floats: the only single-channel format that compute passes may write on
+    /// every device. 1 where nothing occludes and where there is no surface.
     pub texture: wgpu::TextureView,
     /// Irradiance from the environment: `shading/environment_light.wesl`.
     pub environment_irradiance: wgpu::TextureView,
@@ -131,8 +129,8 @@ impl AmbientVisibility {
     }
 }
 
-/// Compiles the passes that these settings need, if any. If rays of indirect light sample the environment themselves, ambient visibility is
-/// computed only for its debug view.
+/// Compiles the passes that these settings need, if any. If rays of indirect light sample the environment themselves,
+/// ambient visibility is computed only for its debug view.
 ///
 /// # Errors
 ///

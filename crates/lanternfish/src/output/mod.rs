@@ -161,7 +161,7 @@ pub(crate) fn show(
     bindings: &Bindings<'_>,
     target: &wgpu::TextureView,
 ) {
-    match frame.whole() {
+    match frame.completeness_buffer() {
         None => cover(frame, pipeline, label, bindings, target),
         Some(complete) => draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Load, Some(&complete)),
     }

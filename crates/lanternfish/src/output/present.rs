@@ -7,7 +7,12 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 
 use super::{DISPLAY_FORMAT, OutputParameters, cover, show};
-use crate::{error::RenderError, shaders::Root, texture::target};
+use crate::{
+    error::RenderError,
+    shaders::Root,
+    texture::{size_of_view, target},
+    view::{PerView, ViewKey},
+};
 
 /// The image is sRGB-encoded, and so is the texture's format: the texture encodes again.
 const DECODED: Feature = Feature::new("decoded");
@@ -17,50 +22,22 @@ const STORED: Feature = Feature::new("stored");
 
 pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED], &[STORED]]]);
 
-/// Number of frames that a display is stored while no frame has a view of its key.
-const KEPT_FRAMES: u64 = 64;
-
 /// Copies images, and stores the last display image of each view.
 #[derive(Debug, Default)]
 pub(crate) struct Present {
     pipelines: HashMap<(wgpu::TextureFormat, Option<Feature>), RasterPipeline>,
-    displays: HashMap<u64, Kept>,
-    frame: u64,
-}
-
-/// The last display image of a view.
-#[derive(Debug)]
-struct Kept {
-    display: wgpu::TextureView,
-    size: UVec2,
-    last_frame: u64,
+    displays: PerView<wgpu::TextureView>,
 }
 
 impl Present {
-    /// Begins a frame.
-    pub fn begin(&mut self) {
-        self.frame += 1;
-        let frame = self.frame;
-        self.displays.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= frame);
-    }
-
-    /// Drops the stored images: the device may have failed to create one.
-    pub fn forget(&mut self) {
-        self.displays.clear();
-    }
-
     /// The display image of the view of this key; black at first.
     pub fn display(&mut self, frame: &Frame<'_>, key: u64, size: UVec2) -> wgpu::TextureView {
-        let new = |last_frame| {
-            let display = target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
-            Kept { display, size, last_frame }
-        };
-        let kept = self.displays.entry(key).or_insert_with(|| new(0));
-        if kept.size != size {
-            *kept = new(0);
-        }
-        kept.last_frame = self.frame;
-        kept.display.clone()
+        let key = ViewKey::Key(key);
+        let last = self.displays.take(frame, key).filter(|last| size_of_view(last) == size);
+        let new = || target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
+        let display = last.unwrap_or_else(new);
+        self.displays.leave(frame, key, display.clone());
+        display
     }
 
     /// Copies a display image, which is always that of a complete frame.

@@ -9,7 +9,6 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 
 use crate::{
-    context::ViewContext,
     error::RenderError,
     gpu_scene::{Draw, Faces, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
@@ -21,7 +20,7 @@ use self::motion::MOTION_FORMAT;
 pub use self::motion::{Motion, ViewMotion};
 pub(crate) use self::{
     given::GivenSurfaces,
-    motion::{Before, FrameBefore, KEPT_FRAMES, MOTION, ShownViews, ViewKey},
+    motion::{FrameBefore, MOTION, PreviousFrame, ShownViews},
 };
 
 /// Format of depth; the float precision suits reverse-Z.
@@ -114,8 +113,8 @@ impl Surface {
 }
 
 impl Prepass {
-    /// Compiles nothing; the first scene compiles the pipelines. `with_target`: true if a later pass reads normals or roughness, which need
-    /// one sample per pixel.
+    /// Compiles nothing; the first scene compiles the pipelines. `with_target`: true if a later pass reads normals or
+    /// roughness, which need one sample per pixel.
     pub fn new(with_target: bool, samples: u32) -> Self {
         let writes = if with_target && samples == 1 { Writes::Surface } else { Writes::Depth };
         let module = if writes == Writes::Surface { "prepass/prepass" } else { "prepass/depth" };
@@ -150,7 +149,8 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// A prepass of opaque surfaces that scatter light from behind, with the normals of their other sides and one sample per pixel.
+    /// A prepass of opaque surfaces that scatter light from behind, with the normals of their other sides and one
+    /// sample per pixel.
     pub(crate) fn of_other_sides() -> Self {
         let state = state(Writes::Surface, 1);
         let raster = SceneRaster::new("prepass/from_behind", DECLARED, "prepass/prepass", &[FROM_BEHIND], true, state);
@@ -164,7 +164,8 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass [`Self::of_moving`] needs.
+    /// Draws all but the transparent surfaces of a view. `before` is the previous frame, which only a prepass
+    /// [`Self::of_moving`] needs.
     pub(crate) fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -180,38 +181,32 @@ impl Prepass {
         self.draw(frame, scene, &draws.solid, &bindings, size, before)
     }
 
-    /// Draws the view's transparent surfaces that are nearer than the opaque surface at the pixel's centre, and keeps the nearest. For a
-    /// prepass [`Self::of_transparent`].
-    pub fn record_transparent(
-        &mut self,
-        frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
-    ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        self.draw(frame, scene, &draws.transparent, &bindings, middle.size, None)
-    }
-
-    /// Draws some of the view's visible opaque surfaces again. For a prepass [`Self::of_coats`] or [`Self::of_other_sides`].
+    /// Draws some of a view's surfaces: the transparent ones that are nearer than the opaque surface at the pixel's
+    /// centre, of which it keeps the nearest, or some opaque ones again. For a prepass [`Self::of_transparent`],
+    /// [`Self::of_coats`] or [`Self::of_other_sides`].
     pub(crate) fn record_some(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
-        is_drawn: impl Fn(&Draw) -> bool,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        opaque: &Surface,
+        draws: &[&Draw],
     ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        let drawn: Vec<&Draw> = draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
-        self.draw(frame, scene, &drawn, &bindings, middle.size, None)
+        let bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &opaque.depth);
+        self.draw(frame, scene, draws, &bindings, opaque.size, None)
     }
 
     /// Draws the back faces of these draws. For a prepass [`Self::of_backs`].
     pub(crate) fn record_backs(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, view, .. }: &ViewContext<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        size: UVec2,
         draws: &[&Draw],
     ) -> Result<Surface, RenderError> {
-        let bindings = buffer.bindings().with(&scene.bindings());
-        self.draw(frame, scene, draws, &bindings, view.size, None)
+        let bindings = view.bindings().with(&scene.bindings());
+        self.draw(frame, scene, draws, &bindings, size, None)
     }
 
     fn draw(

@@ -1,7 +1,5 @@
 //! The previous frame, for motion in the prepass.
 
-use std::collections::HashMap;
-
 use glam::{Mat4, UVec2};
 use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct, texture_of};
 
@@ -9,14 +7,14 @@ use crate::{
     error::RenderError,
     gpu_scene::{GeometryAt, GpuScene},
     texture::{PingPong, described},
-    view::View,
+    view::{PerView, View, ViewKey},
 };
 
 /// Motion since the previous frame is written or read.
 pub(crate) const MOTION: Feature = Feature::new("motion");
 
-/// Format of motion in uv, defined in `motion.wesl`. Its step is at most 1/1024 of the motion, so the error at 16 pixels is below 1/64 of a
-/// pixel; the smallest step is 2⁻²⁴.
+/// Format of motion in uv, defined in `motion.wesl`. Its step is at most 1/1024 of the motion, so the error at 16
+/// pixels is below 1/64 of a pixel; the smallest step is 2⁻²⁴.
 pub(crate) const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
 gpu_struct! {
@@ -31,26 +29,13 @@ gpu_struct! {
     }
 }
 
-/// The identity of a view across frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum ViewKey {
-    /// The key of a [`crate::ViewRequest`].
-    Key(u64),
-    /// The index among the views of a frame that is rendered to images.
-    Slot(usize),
-}
-
-/// Number of frames that a view is stored while no frame contains it.
-pub(crate) const KEPT_FRAMES: u64 = 64;
-
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
 const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// The last views of a renderer's frames. The previous frame is the last one recorded with the view, complete or not.
 #[derive(Debug, Default)]
 pub(crate) struct ShownViews {
-    shown: HashMap<ViewKey, Shown>,
-    frame: u64,
+    shown: PerView<Shown>,
     keeps_places: bool,
 }
 
@@ -61,14 +46,13 @@ struct Shown {
     generation: u64,
     /// [`GpuScene::revision`].
     revision: u64,
-    last_frame: u64,
     /// The index of the frame in its mean.
     frame_index: u32,
     /// Number of known earlier frames.
     frames: u32,
     /// Number of those since the scene changed.
     since_change: u32,
-    /// See [`Before::unchanged`].
+    /// See [`PreviousFrame::unchanged`].
     unchanged: u32,
     places: Option<PingPong>,
 }
@@ -78,14 +62,14 @@ struct Shown {
 pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
-    history: Option<Before>,
+    history: Option<PreviousFrame>,
     places: Option<PingPong>,
     frames: u32,
 }
 
 /// Properties of the previous frame of a view.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Before {
+pub(crate) struct PreviousFrame {
     /// The index of the frame in its mean.
     pub rested: u32,
     /// True if the view was elsewhere.
@@ -106,8 +90,9 @@ pub struct Motion {
     /// Motion of surfaces; undefined where there is none, which `motion_at` of `motion.wesl` handles.
     pub target: wgpu::TextureView,
     /// The previous frame; none if the view is new or shows another scene.
-    pub(crate) before: Option<Before>,
-    /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes those of this frame.
+    pub(crate) before: Option<PreviousFrame>,
+    /// Position and normal of the surface at each pixel, if anything is accumulated. Every pass that accumulates writes
+    /// those of this frame.
     pub(crate) places: Option<PingPong>,
     views: BufferPart,
 }
@@ -118,20 +103,13 @@ impl ShownViews {
         Self { keeps_places, ..Self::default() }
     }
 
-    /// Begins a frame.
-    pub fn begin(&mut self) {
-        self.frame += 1;
-        let frame = self.frame;
-        self.shown.retain(|_, shown| shown.last_frame + KEPT_FRAMES >= frame);
-    }
-
     /// Resets all views: the next frame has no predecessor.
     pub fn forget(&mut self) {
         self.shown.clear();
     }
 
-    /// Returns the previous frame of a view and stores the current one. Without history the view is its own predecessor: a new view,
-    /// another scene, or a scene that several renderers changed more than once between frames.
+    /// Returns the previous frame of a view and stores the current one. Without history the view is its own
+    /// predecessor: a new view, another scene, or a scene that several renderers changed more than once between frames.
     pub fn follow<'s>(
         &mut self,
         frame: &mut Frame<'_>,
@@ -143,7 +121,7 @@ impl ShownViews {
         let view = view.centered();
         let (generation, revision) = (scene.generation(), scene.revision());
         scene.note_shown();
-        let mut before = self.shown.remove(&key);
+        let mut before = self.shown.take(frame, key);
         let places = before.as_mut().and_then(|before| before.places.take());
         let places = self.keeps_places.then(|| next_places(frame, places, view.size)).transpose()?;
         let history = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
@@ -160,25 +138,14 @@ impl ShownViews {
                 let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
                 let frames = shown.frames.saturating_add(1);
                 let rested = shown.frame_index;
-                let before = Before { rested, has_moved, since_change, unchanged, has_other_triangles, frames };
+                let before = PreviousFrame { rested, has_moved, since_change, unchanged, has_other_triangles, frames };
                 (shown.view, geometry, Some(before), frames)
             }
         };
         let [since_change, unchanged] = before.map_or([u32::MAX; 2], |before| [before.since_change, before.unchanged]);
-        let last_frame = self.frame;
-        let kept = places.clone();
-        let shown = Shown {
-            view,
-            generation,
-            revision,
-            last_frame,
-            frame_index,
-            frames,
-            since_change,
-            unchanged,
-            places: kept,
-        };
-        self.shown.insert(key, shown);
+        let left = places.clone();
+        let shown = Shown { view, generation, revision, frame_index, frames, since_change, unchanged, places: left };
+        self.shown.leave(frame, key, shown);
         let views = ViewMotion {
             clip_from_view: view.clip_from_view,
             previous_clip_from_view: previous.clip_from_view,

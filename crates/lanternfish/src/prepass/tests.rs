@@ -1,4 +1,5 @@
-//! Motion of every pixel against a host reference that casts rays at triangles and projects with the matrices of both frames.
+//! Motion of every pixel against a host reference that casts rays at triangles and projects with the matrices of both
+//! frames.
 
 use glam::{Affine3A, DMat4, DVec2, DVec3, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
@@ -11,7 +12,7 @@ use crate::{
     Renderer, Settings,
     settings::Shadows,
     testing::{looking, probe, quad, scene_of},
-    view::View,
+    view::{View, ViewKey},
 };
 
 const SIZE: UVec2 = UVec2::new(132, 88);
@@ -81,7 +82,6 @@ impl<'g> Harness<'g> {
         let Self { gpu, profiler, prepass, shown, pixels, .. } = self;
         let count = (SIZE.x * SIZE.y) as usize;
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-        shown.begin();
         let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0)).unwrap();
         let buffer = view.upload(&gpu.device);
         let draws = scene.visible_draws(view);
@@ -178,8 +178,8 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// The previous world-space position of the surface at an image position, and its motion, uv. None within a pixel of an edge. `through`
-    /// is the jittered view of the image.
+    /// The previous world-space position of the surface at an image position, and its motion, uv. None within a pixel
+    /// of an edge. `through` is the jittered view of the image.
     fn at(&self, through: &View, pixel: DVec2) -> Option<(Option<DVec3>, DVec2)> {
         let seen = |pixel| cast(&self.triangles, 1, eye(through), direction(through, pixel));
         let middle = seen(pixel);
@@ -210,7 +210,8 @@ impl Frames<'_> {
             assert_eq!(position.is_some(), texel.z > 0.0, "{name}: {pixel} shows something else");
             let motion = texel.truncate().truncate().as_dvec2();
             let off = ((motion - expected) * SIZE.as_dvec2()).abs();
-            // Half-float steps, which devices round in either direction, and triangle corners snapped to 1/256 of a pixel.
+            // Half-float steps, which devices round in either direction, and triangle corners snapped to 1/256 of a
+            // pixel.
             let halves = (expected * SIZE.as_dvec2()).abs() / 1024.0;
             let allowed = halves + 1.0 / 256.0;
             checked.wrong += usize::from(off.cmpgt(allowed).any());

@@ -6,7 +6,7 @@
 mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
+use lanternfish_gpu::{AcrossFrames, Bindings, Feature, Frame, RasterPipeline, RasterState};
 
 use crate::{
     context::ViewContext,
@@ -33,7 +33,7 @@ pub struct Progressive {
     pipeline: RasterPipeline,
     /// Compiled for the first frame with deferred readback.
     later: Option<RasterPipeline>,
-    means: Vec<Mean>,
+    means: AcrossFrames<Vec<Mean>>,
     subject: Option<Subject>,
 }
 
@@ -57,7 +57,7 @@ struct Subject {
 impl Progressive {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        Ok(Self { pipeline: pipeline(device, &[])?, later: None, means: Vec::new(), subject: None })
+        Ok(Self { pipeline: pipeline(device, &[])?, later: None, means: AcrossFrames::default(), subject: None })
     }
 
     /// Number of frames in the means.
@@ -70,14 +70,8 @@ impl Progressive {
         self.subject = None;
     }
 
-    /// Resets the means and drops their textures: the device may have failed to create one.
-    pub fn forget(&mut self) {
-        self.means.clear();
-        self.reset();
-    }
-
-    /// The index of the next frame of these views: 0 if the means belong to other views, or to a scene that has changed since. A frame that
-    /// begins and does not [`Self::finish`] leaves no mean.
+    /// The index of the next frame of these views: 0 if the means belong to other views, or to a scene that has changed
+    /// since. A frame that begins and does not [`Self::finish`] leaves no mean.
     pub fn begin(&mut self, scene: &GpuScene, views: &[View]) -> u32 {
         let subject = self.subject.take();
         subject.filter(|s| s.revision == scene.revision() && s.views == views).map_or(0, |s| s.frames)
@@ -88,7 +82,8 @@ impl Progressive {
         self.subject = Some(Subject { views: views.to_vec(), revision: scene.revision(), frames: index + 1 });
     }
 
-    /// Adds the radiance of a view's frame to the mean of its slot and returns the mean, linear, nits. `view` holds the frame index.
+    /// Adds the radiance of a view's frame to the mean of its slot and returns the mean, linear, nits. `view` holds the
+    /// frame index.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -97,19 +92,20 @@ impl Progressive {
         slot: usize,
     ) -> Result<wgpu::TextureView, RenderError> {
         let size = surface.size;
-        if self.means.get(slot).is_none_or(|mean| mean.size != size) {
+        let means = self.means.get(frame);
+        if means.get(slot).is_none_or(|mean| mean.size != size) {
             let more = wgpu::TextureUsages::COPY_SRC;
             frame.take_memory("progressive/mean", 2 * 16 * u64::from(size.x) * u64::from(size.y))?;
             let texture = || target(frame.device, "progressive/mean", size, MEAN_FORMAT, more);
-            self.means.truncate(slot);
-            self.means.push(Mean { now: texture(), before: texture(), size });
+            means.truncate(slot);
+            means.push(Mean { now: texture(), before: texture(), size });
         }
-        let mean = &mut self.means[slot];
+        let mean = &mut means[slot];
         std::mem::swap(&mut mean.now, &mut mean.before);
         let textures = Bindings::new().texture("mean_texture", &mean.before);
         let textures = textures.texture("radiance_texture", &radiance.target);
         let bindings = buffer.bindings().with(&textures);
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => cover(frame, &self.pipeline, LABEL, &bindings, &mean.now),
             Some(capacity_policy) => {
                 let later = match &mut self.later {

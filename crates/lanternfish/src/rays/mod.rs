@@ -4,8 +4,9 @@
 //! - `closest_hit`: the first triangle that a ray from a surface hits. Indirect light uses it.
 //! - `first_distance`: the distance to a ray's first hit, for lists of rays in tests and benches ([`RayTracer`]).
 //!
-//! Each tracer is a folder: its `tracer.wesl` implements the queries, its `mod.rs` describes it (`TracerInfo`). The host selects one at
-//! link time ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
+//! Each tracer is a folder: its `tracer.wesl` implements the queries, its `mod.rs` describes it (`TracerInfo`). The
+//! host selects one at link time ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer
+//! reads.
 
 mod bvh;
 mod list;
@@ -29,7 +30,7 @@ use lanternfish_scene::named_type_impls;
 pub use self::{
     list::{RayTracer, TracedRay},
     scene_kernel::SceneKernel,
-    structure::{KeptStructure, Structure, StructureTechnique, TracedStructure},
+    structure::{KeptStructure, Structure, StructureTechnique, Structures, TracedStructure},
     trace_pass::TracePass,
 };
 use crate::{
@@ -126,7 +127,8 @@ impl TracerChoice {
         }
     }
 
-    /// The tracer. A renderer replaces `Auto` by its device's tracer when it is built; without a device `Auto` is the BVH.
+    /// The tracer. A renderer replaces `Auto` by its device's tracer when it is built; without a device `Auto` is the
+    /// BVH.
     #[doc(hidden)]
     pub const fn fixed(self) -> Tracer {
         match self {
@@ -183,8 +185,8 @@ impl Tracer {
     /// The adapter's own acceleration structure: exact, and fast where it is hardware.
     pub const RAY_QUERY: Self = Self::new(&ray_query::INFO);
 
-    /// A tree over instances, and one of each mesh, in compute: exact, with little memory for scenes of many copies. A scene has its
-    /// triangles in one level or in two, so the techniques of one image use no other tracer beside it.
+    /// A tree over instances, and one of each mesh, in compute: exact, with little memory for scenes of many copies. A
+    /// scene has its triangles in one level or in two, so the techniques of one image use no other tracer beside it.
     pub const TWO_LEVEL: Self = Self::new(&two_level::INFO);
 
     /// A tracer.
@@ -238,8 +240,8 @@ impl Tracer {
         self.0.structure.is_none()
     }
 
-    /// The structure that it traverses beside the scene: the chosen one if that is of the tracer's kind, else its default; none if it needs
-    /// none.
+    /// The structure that it traverses beside the scene: the chosen one if that is of the tracer's kind, else its
+    /// default; none if it needs none.
     #[doc(hidden)]
     pub fn structure(self, chosen: &Structure) -> Structure {
         let name = |structure: &Structure| structure.technique().map(AnyTechnique::name);
@@ -247,8 +249,8 @@ impl Tracer {
         if name(chosen) == name(&default) { chosen.clone() } else { default }
     }
 
-    /// The features that link shaders with it and with the chosen structure. `with_triangles`: shaders also query which triangle a ray
-    /// hits.
+    /// The features that link shaders with it and with the chosen structure. `with_triangles`: shaders also query which
+    /// triangle a ray hits.
     #[doc(hidden)]
     pub fn features(self, chosen: &Structure, with_triangles: bool) -> Vec<Feature> {
         let structure = self.structure(chosen);
@@ -263,10 +265,11 @@ impl Tracer {
         all.into_iter().map(|features| [features, vec![self.0.feature]].concat()).collect()
     }
 
-    /// The fastest exact tracer for a kind of adapter with these features; shadows and indirect light use it unless one is named.
+    /// The fastest exact tracer for a kind of adapter with these features; shadows and indirect light use it unless one
+    /// is named.
     ///
-    /// On hardware with ray queries it is the ray query. A software adapter's ray query is slower than the BVH in compute: on Mesa 25.0.7,
-    /// 0.24 to 0.47 million rays per second and core, the BVH 1.1 to 3.1.
+    /// On hardware with ray queries it is the ray query. A software adapter's ray query is slower than the BVH in
+    /// compute: on Mesa 25.0.7, 0.24 to 0.47 million rays per second and core, the BVH 1.1 to 3.1.
     #[doc(hidden)]
     pub fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
         let has_ray_query = features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
@@ -296,8 +299,8 @@ impl Tracer {
         self.structure(chosen).technique().map_or(1, |structure| structure.update_frames())
     }
 
-    /// The exact tracer for rays that do not use structures: from transparent surfaces, from samples of a pixel, from hit points of other
-    /// rays.
+    /// The exact tracer for rays that do not use structures: from transparent surfaces, from samples of a pixel, from
+    /// hit points of other rays.
     #[doc(hidden)]
     pub fn exact(self) -> Self {
         if self.is_exact() { self } else { Self::BVH }

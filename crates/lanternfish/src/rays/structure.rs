@@ -1,5 +1,5 @@
-//! Structures that tracers traverse and that are not part of a scene on the device. A renderer builds them, and keeps them while nothing
-//! moves.
+//! Structures that tracers traverse and that are not part of a scene on the device. A renderer builds them, and keeps
+//! them while nothing moves.
 
 use std::{any::Any, fmt, sync::Arc};
 
@@ -46,7 +46,8 @@ pub trait StructureTechnique: AnyTechnique {
 
 /// A structure built for the scene of each frame, and kept while nothing moves.
 pub trait KeptStructure: Send + fmt::Debug {
-    /// The structure of the current scene. `rotation`: of its direction set in this frame, unit, world space from the structure's own.
+    /// The structure of the current scene. `rotation`: of its direction set in this frame, unit, world space from the
+    /// structure's own.
     fn get(
         &mut self,
         frame: &mut Frame<'_>,
@@ -64,16 +65,17 @@ pub trait KeptStructure: Send + fmt::Debug {
 
     /// An error unless it can be built in frames with this growth of buffers.
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError>;
-
-    /// Discards all history: the last frame was not submitted.
-    fn forget(&mut self);
 }
+
+/// The structures of a frame for the current scene, each beside its settings.
+pub type Structures = Vec<(Structure, Arc<dyn TracedStructure>)>;
 
 /// A structure on the device.
 pub trait TracedStructure: Any + fmt::Debug + Send + Sync {
     /// The features that link shaders with it for distances.
     fn distance_features(&self) -> Vec<Feature>;
 
-    /// Calls `dispatch` once for each of its parts, with that part's bindings added to these. Each run answers for its part alone.
+    /// Calls `dispatch` once for each of its parts, with that part's bindings added to these. Each run answers for its
+    /// part alone.
     fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>));
 }

@@ -2,10 +2,10 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::{Structure, TracedStructure, Tracer};
-use crate::context::ViewContext;
+use super::{Structure, Structures, TracedStructure, Tracer};
 
-/// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's bindings.
+/// A compute pass that uses the queries of `tracer.wesl`. It binds what the tracer reads in addition to the scene's
+/// bindings.
 ///
 /// A structure may have parts. The pass then runs once for each part, and each run answers for its part alone.
 #[derive(Debug)]
@@ -21,22 +21,22 @@ impl TracePass {
         Self { tracer, structure: tracer.structure(chosen), kernel }
     }
 
-    /// Adds the pass to a frame.
-    pub fn dispatch(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, bindings: &Bindings<'_>, groups: [u32; 3]) {
-        self.for_each_part(view, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
+    /// Adds the pass to a frame with these structures.
+    pub fn dispatch(&self, frame: &mut Frame<'_>, structures: &Structures, bindings: &Bindings<'_>, groups: [u32; 3]) {
+        self.for_each_part(structures, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
     }
 
     /// Adds the pass to a frame; a buffer holds the workgroup counts at `offset` bytes.
     pub fn dispatch_indirect(
         &self,
         frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
+        structures: &Structures,
         bindings: &Bindings<'_>,
         groups: &wgpu::Buffer,
         offset: u64,
     ) {
         let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch_indirect(&self.kernel, bindings, groups, offset);
-        self.for_each_part(view, bindings, &mut dispatch);
+        self.for_each_part(structures, bindings, &mut dispatch);
     }
 
     /// True if the pass may run several times. Buffers that it adds to must then be cleared before.
@@ -44,14 +44,14 @@ impl TracePass {
         !self.tracer.is_exact()
     }
 
-    /// The view's structure, if the tracer traverses one.
-    pub fn structure<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v dyn TracedStructure> {
-        let built = view.structures.iter().find(|(settings, _)| *settings == self.structure);
+    /// The one of these that the tracer traverses, if any.
+    pub fn structure<'s>(&self, structures: &'s Structures) -> Option<&'s dyn TracedStructure> {
+        let built = structures.iter().find(|(settings, _)| *settings == self.structure);
         built.map(|(_, structure)| structure.as_ref())
     }
 
-    fn for_each_part(&self, view: &ViewContext<'_>, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
-        match self.structure(view) {
+    fn for_each_part(&self, structures: &Structures, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
+        match self.structure(structures) {
             Some(structure) => structure.for_each_part(bindings, dispatch),
             None => dispatch(bindings),
         }

@@ -130,7 +130,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             false => Prepass::new(true, 1),
             true => Prepass::of_moving(),
         }),
-        light_culling: LightCulling::new(device, &settings.culling, settings.image.samples)?,
+        light_culling: LightCulling::new(device, &settings.culling, settings.image.samples.count())?,
         occlusion: ambient_visibility_passes,
         shadows: shadow_passes,
         structures: structures.collect::<Result<_, RenderError>>()?,

@@ -15,6 +15,7 @@ use crate::{
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
+    prepass::ShownViews,
     request::{SurfaceSource, Target, ViewRequest},
     settings::{Samples, Settings},
     texture::target,
@@ -25,9 +26,9 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(u64);
 
-/// A recorded frame whose commands the caller holds: after their submission, pass it to [`Renderer::submitted`]. If it is dropped instead,
-/// the renderer takes the commands for dropped: its next call that renders or reads discards the frame, and resets the state that depends
-/// on it, which is deep images, means and previous views.
+/// A recorded frame whose commands the caller holds: after their submission, pass it to [`Renderer::submitted`]. If it
+/// is dropped instead, the renderer takes the commands for dropped: its next call that renders or reads discards the
+/// frame, and resets the state that depends on it, which is deep images, means and previous views.
 #[derive(Debug)]
 #[must_use = "call `Renderer::submitted` with it after its commands are submitted; dropped, the frame is discarded"]
 pub struct PendingFrame {
@@ -48,7 +49,8 @@ impl PendingFrame {
 pub struct FrameReport {
     /// The frame.
     pub frame: FrameId,
-    /// True if all of its lists had enough capacity. An incomplete frame shows nothing: displays hold the last complete frame.
+    /// True if all of its lists had enough capacity. An incomplete frame shows nothing: displays hold the last complete
+    /// frame.
     pub is_complete: bool,
     /// True if the device was lost; all its resources are lost too ([`GpuError::Lost`]).
     pub is_lost: bool,
@@ -56,7 +58,8 @@ pub struct FrameReport {
     pub passes: Vec<PassTime>,
     /// Dispatches of each pass, by label, in order. They are counted on any device.
     pub commands: Vec<PassCommands>,
-    /// Entries of its lists, by name. `deep_images/age`, if deep images are built in slices: the age of the oldest images, frames.
+    /// Entries of its lists, by name. `deep_images/age`, if deep images are built in slices: the age of the oldest
+    /// images, frames.
     pub counters: Vec<(String, u64)>,
     /// Lists whose capacity changed because of this frame's counts.
     pub resized: Vec<&'static str>,
@@ -101,9 +104,9 @@ struct Last {
 }
 
 impl Renderer {
-    /// Compiles the pipelines for frames of these views and allocates their lists: renders them into textures of its own and waits for the
-    /// device. Without this call the first frames take longer, and they are incomplete until the lists are large enough. A caller's
-    /// G-buffer may be missing; the scene's surfaces are used instead.
+    /// Compiles the pipelines for frames of these views and allocates their lists: renders them into textures of its
+    /// own and waits for the device. Without this call the first frames take longer, and they are incomplete until the
+    /// lists are large enough. A caller's G-buffer may be missing; the scene's surfaces are used instead.
     pub fn ready(&mut self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<(), RenderError> {
         let requested = self.requested(scene, views)?;
         let device = self.device.clone();
@@ -142,7 +145,7 @@ impl Renderer {
         self.queue.submit([commands.finish()]);
         let frame = self.submitted(frame);
         // The next frame has no predecessor.
-        self.passes.forget_shown();
+        self.passes.shown.iter_mut().for_each(ShownViews::forget);
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
         // Outcomes of the caller's frames are reported by a later `poll`.
@@ -151,18 +154,20 @@ impl Renderer {
         Ok(())
     }
 
-    /// Adds a frame of these views to the caller's commands. Never waits for the device: if a list overflows, this frame is not shown
-    /// ([`FrameReport::is_complete`]) and a later frame has a larger list.
+    /// Adds a frame of these views to the caller's commands. Never waits for the device: if a list overflows, this
+    /// frame is not shown ([`FrameReport::is_complete`]) and a later frame has a larger list.
     ///
-    /// Submit the commands, then call [`Self::submitted`] with the pending frame; or drop both, which discards the frame. Record one frame at a time. Up to 64 frames may be in flight; further ones are
-    /// not reported. Do not update a scene of the frame between recording and submission. After an error the commands hold part of a frame
+    /// Submit the commands, then call [`Self::submitted`] with the pending frame; or drop both, which discards the
+    /// frame. Record one frame at a time. Up to 64 frames may be in flight; further ones are not reported. Do not
+    /// update a scene of the frame between recording and submission. After an error the commands hold part of a frame
     /// or nothing: drop them.
     ///
-    /// Images may be rendered between frames ([`Self::render`]). They wait for the device, and the two kinds of frames share no state: deep
-    /// images are rebuilt and means restart.
+    /// Images may be rendered between frames ([`Self::render`]). They wait for the device, and the two kinds of frames
+    /// share no state: deep images are rebuilt and means restart.
     ///
-    /// If [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is above 1, each frame is added to the mean of the frames before it, as long as views and scene
-    /// do not change. With temporal antialiasing, the first frame after a change belongs to no mean.
+    /// If [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is above 1, each frame is added to
+    /// the mean of the frames before it, as long as views and scene do not change. With temporal antialiasing, the
+    /// first frame after a change belongs to no mean.
     pub fn record(
         &mut self,
         commands: &mut wgpu::CommandEncoder,
@@ -172,9 +177,10 @@ impl Renderer {
         self.record_into(Commands::Encoder(commands), scene, views)
     }
 
-    /// Like [`Self::record`], but returns the frame as command buffers, one for each pass. Submit all of them in order, in as many
-    /// submissions as desired, then call [`Self::submitted`]. The device executes submissions in order, so a program that submits slices of
-    /// a slow frame one after the other can paint its interface between them. The image is the same to the bit.
+    /// Like [`Self::record`], but returns the frame as command buffers, one for each pass. Submit all of them in order,
+    /// in as many submissions as desired, then call [`Self::submitted`]. The device executes submissions in order, so a
+    /// program that submits slices of a slow frame one after the other can paint its interface between them. The image
+    /// is the same to the bit.
     pub fn record_slices(
         &mut self,
         scene: &GpuScene,
@@ -226,8 +232,9 @@ impl Renderer {
         })
     }
 
-    /// Marks the commands of a frame as submitted. Returns the identifier for [`Self::read`] and [`FrameReport::frame`]. A frame that an error
-    /// has reset since, or that another renderer recorded, stays unreported.
+    /// Marks the commands of a frame as submitted. Returns the identifier for [`Self::read`] and
+    /// [`FrameReport::frame`]. A frame that an error has reset since, or that another renderer recorded, stays
+    /// unreported.
     pub fn submitted(&mut self, frame: PendingFrame) -> FrameId {
         if self.flight.recorded.take_if(|(recorded, _)| *recorded == frame.id).is_some() {
             let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -263,8 +270,8 @@ impl Renderer {
         })
     }
 
-    /// Waits for the last recorded and submitted frame and reads the images of its views with the target [`Target::Own`]. The images of an
-    /// incomplete frame lack what did not fit the lists.
+    /// Waits for the last recorded and submitted frame and reads the images of its views with the target
+    /// [`Target::Own`]. The images of an incomplete frame lack what did not fit the lists.
     pub fn read(&mut self, frame: FrameId) -> Result<Vec<RenderedImage>, RenderError> {
         self.check_device()?;
         let last = self.flight.last.take_if(|last| last.frame == frame).ok_or(RenderError::Gone)?;
@@ -292,8 +299,8 @@ impl Renderer {
         views.iter().map(view).collect()
     }
 
-    /// Returns an error if the device is lost or the caller holds the commands of a frame. Discards a frame whose [`PendingFrame`] was
-    /// dropped.
+    /// Returns an error if the device is lost or the caller holds the commands of a frame. Discards a frame whose
+    /// [`PendingFrame`] was dropped.
     pub(crate) fn check_device(&mut self) -> Result<(), RenderError> {
         match &self.flight.recorded {
             Some((_, alive)) if alive.strong_count() > 0 => return Err(RenderError::NotSubmitted),

@@ -11,6 +11,7 @@ use crate::{
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
+    prepass::ShownViews,
     settings::{DebugView, Settings},
     view::View,
 };
@@ -30,8 +31,8 @@ pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {
 }
 
 impl Renderer {
-    /// As [`Self::render_views`], and calls back with the number of frames after every frame of a mean. The callback may end the
-    /// work: [`RenderError::Interrupted`].
+    /// As [`Self::render_views`], and calls back with the number of frames after every frame of a mean. The callback
+    /// may end the work: [`RenderError::Interrupted`].
     pub fn render_frames(
         &mut self,
         scene: &GpuScene,
@@ -61,11 +62,12 @@ impl Renderer {
         })
     }
 
-    /// Adds one frame to the mean of these views and returns the mean. Repeated calls refine the image. The counter `progressive/frames` of
-    /// the first report is the number of frames in the mean.
+    /// Adds one frame to the mean of these views and returns the mean. Repeated calls refine the image. The counter
+    /// `progressive/frames` of the first report is the number of frames in the mean.
     ///
-    /// The mean stays on the device while cameras, sizes and scene equal those of the previous call; otherwise this frame starts a new
-    /// mean. [`Self::update`] counts as a new scene for any change. [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is ignored; if it is above 1, the mean
+    /// The mean stays on the device while cameras, sizes and scene equal those of the previous call; otherwise this
+    /// frame starts a new mean. [`Self::update`] counts as a new scene for any change.
+    /// [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is ignored; if it is above 1, the mean
     /// continues from frames of [`Self::render`].
     pub fn refine(
         &mut self,
@@ -92,8 +94,8 @@ impl Renderer {
         self.checked_work(work)
     }
 
-    /// Runs `work`, which renders, and converts device errors to [`RenderError`]. After an error the next frame uses no state of earlier
-    /// frames.
+    /// Runs `work`, which renders, and converts device errors to [`RenderError`]. After an error the next frame uses no
+    /// state of earlier frames.
     pub(crate) fn checked_work<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
@@ -110,7 +112,7 @@ impl Renderer {
     #[doc(hidden)]
     pub fn reset(&mut self) {
         self.passes.progressive.reset();
-        self.passes.forget_shown();
+        self.passes.shown.iter_mut().for_each(ShownViews::forget);
     }
 
     /// Submits the next frame of the views' mean.

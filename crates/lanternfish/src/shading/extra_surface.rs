@@ -1,8 +1,8 @@
-//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent surface, at the
-//! clear coat, or at the other side of a surface that scatters light through.
+//! Light at a surface of every pixel beside the opaque one, computed by the same techniques: at the nearest transparent
+//! surface, at the clear coat, or at the other side of a surface that scatters light through.
 //!
-//! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror most, both mirror the
-//! same.
+//! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror
+//! most, both mirror the same.
 
 use lanternfish_gpu::Frame;
 
@@ -10,7 +10,7 @@ use super::Arriving;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::Lobes,
+    gpu_scene::{Draw, Lobes},
     indirect::{self, IndirectPasses},
     occlusion::{self, OcclusionPasses},
     prepass::Prepass,
@@ -43,8 +43,8 @@ struct Passes {
 }
 
 impl ExtraSurface {
-    /// Transparent surfaces. Glass is smooth: rays are traced through the BVH, from every pixel, with at least one about the mirror
-    /// direction.
+    /// Transparent surfaces. Glass is smooth: rays are traced through the BVH, from every pixel, with at least one
+    /// about the mirror direction.
     pub fn nearest_transparent(settings: &Settings, tracer: Option<Tracer>) -> Self {
         Self::new(Kind::NearestTransparent, settings, tracer)
     }
@@ -89,11 +89,14 @@ impl ExtraSurface {
                 indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),
         };
-        let surface = match self.kind {
-            Kind::NearestTransparent => prepass.record_transparent(frame, view)?,
-            Kind::Coat => prepass.record_some(frame, view, |draw| draw.lobes == Lobes::Coated)?,
-            Kind::OtherSide => prepass.record_some(frame, view, |draw| draw.scatters_from_behind)?,
+        let ViewContext { scene, buffer, draws, center_surface, .. } = view;
+        let opaque = |is_drawn: fn(&Draw) -> bool| draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
+        let drawn: Vec<&Draw> = match self.kind {
+            Kind::NearestTransparent => draws.transparent.clone(),
+            Kind::Coat => opaque(|draw| draw.lobes == Lobes::Coated),
+            Kind::OtherSide => opaque(|draw| draw.scatters_from_behind),
         };
+        let surface = prepass.record_some(frame, scene, buffer, center_surface, &drawn)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         Ok(Arriving { surface, ambient_visibility, indirect, direct: None, coat: None })

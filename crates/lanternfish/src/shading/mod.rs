@@ -4,6 +4,7 @@ mod arriving;
 mod demodulated;
 mod extra_surface;
 mod refraction;
+mod shaded;
 #[cfg(test)]
 mod tests;
 mod visibility_ratios;
@@ -36,6 +37,7 @@ pub(crate) use self::{demodulated::demodulated_features, visibility_ratios::visi
 pub(crate) use self::{
     demodulated::{DemodulatedLight, Sums},
     extra_surface::ExtraSurface,
+    shaded::Shaded,
     visibility_ratios::{AccumulatedRatios, VisibilityRatios},
 };
 
@@ -191,8 +193,9 @@ impl Forward {
         Radiance { target: target("radiance", wgpu::TextureUsages::COPY_SRC, 1), drawn }
     }
 
-    /// Shades the visible opaque surfaces of the visibility's rows, or of the complete view if there are no shadows. `fractions` cover the
-    /// complete view, if shadows have a history. The call for the first row clears the target to the sky.
+    /// Shades the visible opaque surfaces of the visibility's rows, or of the complete view if there are no shadows.
+    /// `fractions` cover the complete view, if shadows have a history. The call for the first row clears the target to
+    /// the sky.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -222,7 +225,8 @@ impl Forward {
         let sky = if self.hides_environment { wgpu::Color::TRANSPARENT } else { sky(scene.sky) };
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
-            // Mesa's software driver shifts a scissor by half a pixel with multisampling, so the shader tests the rows there.
+            // Mesa's software driver shifts a scissor by half a pixel with multisampling, so the shader tests the rows
+            // there.
             if samples == 1 {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
@@ -231,7 +235,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Adds the light from behind these opaque draws, with shadows of their own. `arriving` is the light at their other sides.
+    /// Adds the light from behind these opaque draws, with shadows of their own. `arriving` is the light at their other
+    /// sides.
     pub fn record_from_behind(
         &mut self,
         frame: &mut Frame<'_>,
@@ -257,8 +262,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Blends the transparent surfaces over the image, each with its own direct light and shadows. `arriving` is the light at the nearest
-    /// of them.
+    /// Blends the transparent surfaces over the image, each with its own direct light and shadows. `arriving` is the
+    /// light at the nearest of them.
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
@@ -306,8 +311,8 @@ impl Forward {
     }
 }
 
-/// Features of the shaders of the opaque and the transparent pass, without those of individual draws. `is_sampled`: a technique samples direct
-/// light; else it comes from the listed lights.
+/// Features of the shaders of the opaque and the transparent pass, without those of individual draws. `is_sampled`: a
+/// technique samples direct light; else it comes from the listed lights.
 pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: bool) -> [Vec<Feature>; 2] {
     let samples = settings.image.samples.count();
     let (mut opaque, mut transparent) = (Vec::new(), vec![TRANSPARENT]);
@@ -341,8 +346,8 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: 
     [opaque, transparent]
 }
 
-/// Clear colour of the sky. It is clamped to the largest finite value of the target, like every drawn value, so that a mean of frames stays
-/// finite.
+/// Clear colour of the sky. It is clamped to the largest finite value of the target, like every drawn value, so that a
+/// mean of frames stays finite.
 fn sky(radiance: Vec3) -> wgpu::Color {
     let [r, g, b] = radiance.min(Vec3::splat(half::f16::MAX.to_f32())).to_array().map(f64::from);
     wgpu::Color { r, g, b, a: 0.0 }

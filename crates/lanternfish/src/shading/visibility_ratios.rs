@@ -73,11 +73,6 @@ impl VisibilityRatios {
         scene.has_area_lights || self.settings.casts_soft_shadows()
     }
 
-    /// Drops the histories of all views.
-    pub fn forget(&mut self) {
-        self.histories.forget();
-    }
-
     /// The target of a view's ratios.
     pub fn target(&self, frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
         layers_target(frame, size)
@@ -87,7 +82,7 @@ impl VisibilityRatios {
     pub fn find(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, center_surface: surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         visibility: &Visibility<'_>,
         estimate: &wgpu::TextureView,
@@ -119,10 +114,10 @@ impl VisibilityRatios {
         view: &ViewContext<'_>,
         estimate: wgpu::TextureView,
     ) -> Result<AccumulatedRatios, RenderError> {
-        let Some(motion) = &view.middle.motion else {
+        let Some(motion) = &view.center_surface.motion else {
             return Ok(AccumulatedRatios { accumulated: estimate.clone(), estimate });
         };
-        let surface = &view.middle;
+        let surface = &view.center_surface;
         let mix = Mix { surface, motion, found: &estimate, requested_frames: 0.0, clamped_frames: 0.0 };
         let accumulated = self.histories.record(frame, view, &mix)?;
         Ok(AccumulatedRatios { estimate, accumulated })

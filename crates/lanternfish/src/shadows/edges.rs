@@ -94,14 +94,15 @@ impl EdgePass {
     fn draw(
         &self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, surface, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, draws, surface, center_surface, .. }: &ViewContext<'_>,
         heads: wgpu::Buffer,
         capacity: u64,
     ) -> Result<Edges, RenderError> {
         let list = frame.scratch(LIST, (capacity + 1) * size_of::<Edge>() as u64)?;
         let edges = Edges { heads, list, capacity: capacity as u32 };
         let grid = frame.uniform(&super::VisibilityGrid { edge_capacity: edges.capacity, ..Default::default() });
-        let (scene_bindings, surface_bindings, edge_bindings) = (scene.bindings(), middle.bindings(), edges.bindings());
+        let (scene_bindings, surface_bindings, edge_bindings) =
+            (scene.bindings(), center_surface.bindings(), edges.bindings());
         let bindings = buffer.bindings().with(&scene_bindings).with(&surface_bindings).with(&edge_bindings);
         let bindings = bindings.texture("drawn_depth", &surface.depth).part("visibility_grid", &grid);
         frame.render(self.list.label(), &[], Some(surface.read_depth()), |groups, pass| {

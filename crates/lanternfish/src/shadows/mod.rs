@@ -237,7 +237,7 @@ impl Shadows {
         view: &ViewContext<'_>,
         lights: &LightLists,
     ) -> Result<VisibilityPlan, RenderError> {
-        let ViewContext { scene, buffer, middle: surface, .. } = view;
+        let ViewContext { scene, buffer, center_surface: surface, .. } = view;
         let device = frame.device;
         let [areas, panes] = self.variant(scene);
         if self.kernels[areas][panes].is_none() {
@@ -324,7 +324,7 @@ impl Shadows {
         index: usize,
         band: Range<u32>,
     ) -> Visibility<'p> {
-        let ViewContext { scene, buffer, middle: surface, .. } = view;
+        let ViewContext { scene, buffer, center_surface: surface, .. } = view;
         let trace = &self.kernels(scene).trace;
         let visibility = plan.band(frame, surface.size.y, &band);
         let mut bindings = buffer
@@ -359,7 +359,7 @@ impl Shadows {
             .collect();
         for (grid, rows) in &grids {
             let groups = [plan.grid.columns, rows.end - rows.start, 1];
-            trace.dispatch(frame, view, &bindings.clone().part("visibility_grid", grid), groups);
+            trace.dispatch(frame, &view.structures, &bindings.clone().part("visibility_grid", grid), groups);
         }
         count_rays(frame, 0);
         if let (Some(trace), Some(groups)) = (&self.kernels(scene).trace_edges, plan.edges.groups()) {

@@ -70,7 +70,7 @@ fn copy_of(renderer: &Renderer, display: &wgpu::TextureView) -> Sent {
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
     let to = wgpu::TexelCopyBufferInfo { buffer: &sent.0, layout };
     encoder.copy_texture_to_buffer(display.texture().as_image_copy(), to, size);
-    let words = renderer.pool.lock().unwrap().whole().expect("frames use deferred readback");
+    let words = renderer.pool.lock().unwrap().completeness_buffer().expect("frames use deferred readback");
     encoder.copy_buffer_to_buffer(&words, 0, &sent.1, 0, 16);
     let submission = queue.submit([encoder.finish()]);
     Sent { display: sent.0, capacity_policy: sent.1, submission }

@@ -1,5 +1,5 @@
-//! Test support for this crate and for crates with further techniques (feature `testing`): kernels that evaluate single shader functions,
-//! checks of every shader, and small scenes.
+//! Test support for this crate and for crates with further techniques (feature `testing`): kernels that evaluate single
+//! shader functions, checks of every shader, and small scenes.
 //!
 //! The probes are not part of the library's shaders: `build.rs` excludes this folder.
 
@@ -25,10 +25,10 @@ use lanternfish_scene::{Bounds, Camera, Environment, Instance, Material, Mesh, P
 use crate::{
     GpuScene, RenderedImage,
     context::ViewContext,
-    prepass::{Surface, ViewKey},
+    prepass::Surface,
     settings::{Structure, Tracer},
     shaders::SHADERS,
-    view::{View, ViewBuffer},
+    view::{View, ViewBuffer, ViewKey},
 };
 
 const PROBES: [ShaderSource; 15] = [
@@ -135,8 +135,8 @@ pub fn evaluate_module(
 pub fn context<'a>(scene: &'a GpuScene, view: &'a View, buffer: &ViewBuffer, surface: &Surface) -> ViewContext<'a> {
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
-    let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
-    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structures: Vec::new() }
+    let (key, view, center_surface) = (ViewKey::Slot(0), *view, surface.clone());
+    ViewContext { scene, key, view, buffer, draws, center_surface, surface, rotation, structures: Vec::new() }
 }
 
 /// A scene of one mesh with one instance.

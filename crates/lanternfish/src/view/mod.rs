@@ -3,6 +3,7 @@
 pub mod frustum;
 mod jitter;
 pub(crate) mod matrices;
+mod per_view;
 pub mod rotations;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -11,7 +12,10 @@ use lanternfish_scene::{Bounds, Camera, Projection};
 
 use self::frustum::ViewFrustum;
 pub use self::jitter::jitter_of_frame;
-pub(crate) use self::jitter::sobol_point;
+pub(crate) use self::{
+    jitter::sobol_point,
+    per_view::{PerView, ViewKey},
+};
 use crate::shaders::Shaders;
 
 gpu_struct! {
@@ -39,8 +43,9 @@ gpu_struct! {
         frame_index: u32,
         /// Index for random numbers, from 0: frames with different indices have different noise.
         random_index: u32,
-        /// Index for random numbers of quantities whose history a scene change resets (shadows, ambient visibility). While the scene
-        /// changes in every frame, there is no history to average the noise, and the index stays constant so that the noise does too.
+        /// Index for random numbers of quantities whose history a scene change resets (shadows, ambient visibility).
+        /// While the scene changes in every frame, there is no history to average the noise, and the index stays
+        /// constant so that the noise does too.
         forgetful_index: u32,
         /// Width of the area over which textures are filtered, pixels.
         texture_width: f32,
@@ -53,9 +58,11 @@ gpu_struct! {
     }
 }
 
-/// Variance of a trilinear filter over that of a box of its width: 3 if a mip level has just that width, less if the texture is magnified.
+/// Variance of a trilinear filter over that of a box of its width: 3 if a mip level has just that width, less if the
+/// texture is magnified.
 const FILTER_VARIANCE: f32 = 2.5;
-/// [`View::texture_width`] of a mean's second frame, whose points are those of the first: both together are as sharp as a box.
+/// [`View::texture_width`] of a mean's second frame, whose points are those of the first: both together are as sharp as
+/// a box.
 const SECOND_WIDTH: f32 = 0.62;
 
 /// [`View::vertex_grid`] of graphics cards. The renderer replaces it by the adapter's.
@@ -102,8 +109,8 @@ impl View {
         }
     }
 
-    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`]. With several samples per pixel by half of it,
-    /// since each sample stands for a part of the pixel.
+    /// The view of frame `frame_index` of a mean: the image is shifted by [`jitter_of_frame`]. With several samples per
+    /// pixel by half of it, since each sample stands for a part of the pixel.
     pub fn of_frame(&self, frame_index: u32) -> Self {
         // The variance of a texture filter and that of the points of the frames so far add up to that of a pixel.
         let spread = self.jitter_extent() * self.jitter_extent() * (1.0 - 1.0 / (frame_index as f32 + 1.0));
@@ -118,7 +125,8 @@ impl View {
         view
     }
 
-    /// The view without subpixel jitter: the view that [`Self::of_frame`] was called on, except for rounding errors of the shift.
+    /// The view without subpixel jitter: the view that [`Self::of_frame`] was called on, except for rounding errors of
+    /// the shift.
     pub(crate) fn centered(&self) -> Self {
         let mut view = Self { frame_index: 0, random_index: 0, forgetful_index: 0, texture_width: 1.0, ..*self };
         view.shift(-self.jitter_extent() * jitter_of_frame(self.frame_index));
@@ -191,8 +199,8 @@ impl ViewBuffer {
     }
 }
 
-/// The camera's projection; the near and far planes of an orthographic one are fitted to the scene. Its depth is linear between the planes,
-/// and a large range would be too coarse for the start points of shadow rays.
+/// The camera's projection; the near and far planes of an orthographic one are fitted to the scene. Its depth is linear
+/// between the planes, and a large range would be too coarse for the start points of shadow rays.
 pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
     let Projection::Orthographic { half_height, near, far } = camera.projection else { return camera.projection };
     let camera_from_world = camera.world_from_camera.inverse();
@@ -206,8 +214,8 @@ pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
     Projection::Orthographic { half_height, near: near.max(nearest), far: far.min(farthest) }
 }
 
-/// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at infinity; for
-/// orthographic views (far − distance) / (far − near).
+/// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at
+/// infinity; for orthographic views (far − distance) / (far − near).
 pub(crate) fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
     match *projection {
         Projection::Perspective { fov_y, near } => {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Quat;
 use lanternfish::{RenderError, gpu_scene::GpuScene};
-use lanternfish_gpu::{Frame, Growth};
+use lanternfish_gpu::{AcrossFrames, Frame, Growth};
 use lanternfish_scene::Bounds;
 
 use super::{
@@ -18,7 +18,7 @@ use super::{
 #[derive(Debug)]
 pub struct KeptDeepImages {
     builder: DeepImageBuilder,
-    kept: Option<Kept>,
+    kept: AcrossFrames<Option<CurrentImages>>,
     builds: u64,
     slices: u32,
     /// Number of requesting frames, and the number of the last one.
@@ -27,7 +27,7 @@ pub struct KeptDeepImages {
 }
 
 #[derive(Debug)]
-struct Kept {
+struct CurrentImages {
     images: Arc<DeepImages>,
     /// [`GpuScene::triangle_order`] of the scene that the images were built from.
     order: u64,
@@ -52,7 +52,7 @@ impl KeptDeepImages {
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
         Ok(Self {
             builder: DeepImageBuilder::new(device, settings)?,
-            kept: None,
+            kept: AcrossFrames::default(),
             builds: 0,
             slices: settings.slices,
             frames: 0,
@@ -80,28 +80,28 @@ impl KeptDeepImages {
             self.frames += 1;
         }
         let now = Built { frame: self.frames, generation: scene.generation() };
-        let is_usable = |kept: &Kept| {
+        let is_usable = |kept: &CurrentImages| {
             let is_large_enough = !is_deferred || kept.images.chunks.iter().all(is_large_enough);
             let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
             let may_be_old = is_deferred && self.slices > 1;
             let is_same = (kept.order, kept.rotation) == (scene.triangle_order(), rotation);
             is_same && is_large_enough && (is_of_now || (may_be_old && kept.hold(scene.bounds())))
         };
-        let is_usable = self.kept.as_ref().is_some_and(is_usable);
+        let is_usable = self.kept.get(frame).as_ref().is_some_and(is_usable);
         // Slices that no longer fit one binding are rebuilt in smaller chunks.
         let is_renewed = is_usable && (!is_deferred || self.renew(frame, scene, now)?);
         if !is_renewed {
             // Their memory is freed before more is allocated.
-            self.kept = None;
+            *self.kept.get(frame) = None;
             frame.forget_bind_groups();
             self.builder.set_rotation(rotation);
             let images = Arc::new(self.builder.record(frame, scene)?);
             self.builds += 1;
             let built = vec![now; images.chunks.len()];
             let order = scene.triangle_order();
-            self.kept = Some(Kept { images, order, rotation, built, noted_in: number });
+            *self.kept.get(frame) = Some(CurrentImages { images, order, rotation, built, noted_in: number });
         }
-        let kept = self.kept.as_mut().expect("built above if it was missing");
+        let kept = self.kept.get(frame).as_mut().expect("built above if it was missing");
         kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
         Ok(&kept.images)
     }
@@ -109,8 +109,9 @@ impl KeptDeepImages {
     /// Builds the oldest out-of-date slice again, once per frame, and records if the capacity of the others sufficed.
     /// Returns false if the slice exceeds one binding.
     fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
-        let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };
-        kept.noted_in = frame.number();
+        let number = frame.number();
+        let Some(kept) = self.kept.get(frame).as_mut().filter(|kept| kept.noted_in != number) else { return Ok(true) };
+        kept.noted_in = number;
         let oldest = kept.oldest(now.generation);
         if let Some(oldest) = oldest {
             frame.forget_bind_groups();
@@ -128,14 +129,9 @@ impl KeptDeepImages {
     /// Frames since the oldest images were up to date, in the last requesting frame: 0 if all are of the scene at that time. None if all
     /// images are built at once.
     pub fn age(&self) -> Option<u64> {
-        let kept = self.kept.as_ref().filter(|_| self.slices > 1)?;
+        let kept = self.kept.last().as_ref().filter(|_| self.slices > 1)?;
         let frames = || kept.built.iter().map(|built| built.frame);
         Some(frames().max()? - frames().min()?)
-    }
-
-    /// Invalidates the images, so that the next frame builds them again: the frame that built them was not submitted.
-    pub fn forget(&mut self) {
-        self.kept = None;
     }
 
     /// An error unless they can be built by frames with this kind of readback.
@@ -149,7 +145,7 @@ impl KeptDeepImages {
     }
 }
 
-impl Kept {
+impl CurrentImages {
     /// True if all of a scene within these bounds is in every image.
     fn hold(&self, bounds: &Bounds) -> bool {
         let grids = self.images.chunks.iter().map(|chunk| &chunk.grid);

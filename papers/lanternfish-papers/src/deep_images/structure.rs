@@ -195,10 +195,6 @@ impl KeptStructure for KeptDeepImages {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
         self.check_growth(growth)
     }
-
-    fn forget(&mut self) {
-        self.forget();
-    }
 }
 
 impl TracedStructure for DeepImages {

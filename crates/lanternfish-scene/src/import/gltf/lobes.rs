@@ -6,7 +6,7 @@ use super::fault::Result;
 use super::notes::Notes;
 use super::schema::{MaterialExtensions, Root, TextureInfo};
 use super::textures::Textures;
-use crate::{Image, Material, linear_from_srgb};
+use crate::{Image, Material, TextureRef, linear_from_srgb};
 
 /// Applies a mean texel to a material.
 type Apply = fn(&mut Material, Vec4);
@@ -52,23 +52,6 @@ fn mean_of(image: &Image, is_srgb: bool) -> Vec4 {
     }))
 }
 
-/// For each of [`Material::layer_textures`] whether it is sRGB-encoded, and what its mean does.
-const MEANS: [(bool, Apply); 5] = [
-    (true, |material, texel| material.sheen_color *= texel.truncate()),
-    (false, |material, texel| material.sheen_roughness *= texel.w),
-    (false, |material, texel| {
-        // Red and green are the direction, in -1..=1; directions that differ weaken their mean.
-        let along = 2.0 * Vec2::new(texel.x, texel.y) - 1.0;
-        material.anisotropy *= (texel.z * along.length()).min(1.0);
-        material.anisotropy_rotation += if along == Vec2::ZERO { 0.0 } else { along.to_angle() };
-    }),
-    (false, |material, texel| material.iridescence *= texel.x),
-    (false, |material, texel| {
-        let [least, most] = [material.iridescence_thickness_minimum, material.iridescence_thickness];
-        material.iridescence_thickness = least + (most - least) * texel.y;
-    }),
-];
-
 /// Applies the extensions to `material`, which has its clear coat, and whose index in the scene is `index`.
 pub(super) fn apply(
     root: &Root,
@@ -109,16 +92,33 @@ pub(super) fn apply(
         material.iridescence_thickness_texture = texture(&film.iridescence_thickness_texture)?;
     }
     let sampled = material.layer_textures();
-    let [.., sheen_color, sheen_roughness, grain, film, film_thickness] = material.texture_slots();
-    let slots = [sheen_color, sheen_roughness, grain, film, film_thickness];
-    for ((slot, sampled), (is_srgb, apply)) in slots.into_iter().zip(sampled).zip(MEANS) {
+    let mut replace = |slot: &mut Option<TextureRef>, sampled: Option<TextureRef>, is_srgb, apply: Apply| {
         if sampled.is_none()
             && let Some(reference) = slot.take()
         {
             notes.add("details of textures of sheen, anisotropy and iridescence, whose means are used");
             textures.means.push(Mean { material: index, texture: reference.texture, is_srgb, apply });
         }
-    }
+    };
+    replace(&mut material.sheen_color_texture, sampled.sheen_color, true, |material, texel| {
+        material.sheen_color *= texel.truncate();
+    });
+    replace(&mut material.sheen_roughness_texture, sampled.sheen_roughness, false, |material, texel| {
+        material.sheen_roughness *= texel.w;
+    });
+    replace(&mut material.anisotropy_texture, sampled.anisotropy, false, |material, texel| {
+        // Red and green are the direction, in -1..=1; directions that differ weaken their mean.
+        let along = 2.0 * Vec2::new(texel.x, texel.y) - 1.0;
+        material.anisotropy *= (texel.z * along.length()).min(1.0);
+        material.anisotropy_rotation += if along == Vec2::ZERO { 0.0 } else { along.to_angle() };
+    });
+    replace(&mut material.iridescence_texture, sampled.iridescence, false, |material, texel| {
+        material.iridescence *= texel.x;
+    });
+    replace(&mut material.iridescence_thickness_texture, sampled.iridescence_thickness, false, |material, texel| {
+        let [least, most] = [material.iridescence_thickness_minimum, material.iridescence_thickness];
+        material.iridescence_thickness = least + (most - least) * texel.y;
+    });
     Ok(())
 }
 

@@ -1,7 +1,5 @@
 //! Temporal accumulation along surfaces: while a view moves, noise that differs from frame to frame averages out.
 
-use std::collections::HashMap;
-
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 
@@ -9,10 +7,10 @@ use super::layers::{LAYERS, layers_target};
 use crate::{
     context::ViewContext,
     error::RenderError,
-    prepass::{Before, KEPT_FRAMES, Motion, Surface, ViewKey},
+    prepass::{Motion, PreviousFrame, Surface},
     shaders::{Root, Shaders},
     texture::{PingPong, described, size_of_view},
-    view::View,
+    view::{PerView, View},
 };
 
 /// The shaders of this folder.
@@ -49,7 +47,8 @@ gpu_struct! {
         requested_frames: f32,
         /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
         reset_deviations: f32,
-        /// Noise from which on the history is clamped around the neighbourhood's mean; without noise, around the pixel's own estimate. 0: always the mean.
+        /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to
+        /// the pixel's own estimate. 0: always the mean.
         noise_of_mean: f32,
         /// Unused.
         _pad: u32,
@@ -62,8 +61,8 @@ gpu_struct! {
 
 /// Longest history of a pixel while the view moves, frames. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and every entry of the radiance
-/// cache gets a sample per frame.
+/// Length of the reset window after a change of the scene, frames. In the window, the history of pixels is clamped, and
+/// every entry of the radiance cache gets a sample per frame.
 pub(crate) const RESET_FRAMES: u32 = 8;
 /// Largest distance of a restarted history from the neighbourhood's mean after its first frame, standard deviations.
 const LATER_DEVIATIONS: f32 = 4.0;
@@ -72,14 +71,16 @@ const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Effect of any change of the scene on the history of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HistoryReset {
-    /// Length of the reset window, frames, with that of the change: the history is clamped to the neighbourhood in this frame.
+    /// Length of the reset window, frames, with that of the change: the history is clamped to the neighbourhood in this
+    /// frame.
     pub lasts: u32,
     /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
-    /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations. More: less noise, more lag.
+    /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations.
+    /// More: less noise, more lag.
     pub deviations: f32,
-    /// Noise (relative) from which on the history is clamped around the mean of the neighbourhood; at less, nearer to the pixel's own estimate. 0: always
-    /// the mean.
+    /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to the
+    /// pixel's own estimate. 0: always the mean.
     pub noise_of_mean: f32,
     /// After a single change, the history has the frames since then, and only its first is clamped to `deviations`.
     pub restarts: bool,
@@ -87,7 +88,7 @@ pub(crate) struct HistoryReset {
 
 impl HistoryReset {
     /// Longest history, frames, and its largest distance from the neighbourhood's mean, standard deviations.
-    fn limits(&self, before: &Before) -> (f32, f32) {
+    fn limits(&self, before: &PreviousFrame) -> (f32, f32) {
         match before.since_change {
             _ if !self.restarts || before.unchanged < self.lasts => (self.counts, self.deviations),
             0 => (1.0, self.deviations),
@@ -104,14 +105,13 @@ pub(crate) struct Histories {
     mix_deferred: Option<ComputeKernel>,
     label: String,
     reset: HistoryReset,
-    views: HashMap<ViewKey, Kept>,
+    views: PerView<ViewHistory>,
 }
 
 /// History of a view.
 #[derive(Debug)]
-struct Kept {
+struct ViewHistory {
     layers: PingPong,
-    last_frame: u64,
     /// Number of known frames of the view before the last one that was accumulated.
     frames: u32,
 }
@@ -141,17 +141,13 @@ impl Histories {
     /// `folder`: the first part of its label.
     pub fn new(device: &wgpu::Device, reset: HistoryReset, folder: &str) -> Result<Self, RenderError> {
         let label = format!("{folder}/history");
-        Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: HashMap::new() })
+        Ok(Self { mix: kernel(device, &[], &label)?, mix_deferred: None, label, reset, views: PerView::default() })
     }
 
-    /// Discards the history of all views.
-    pub fn forget(&mut self) {
-        self.views.clear();
-    }
-
-    /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of the frame: outside a mean of
-    /// frames those of the history, which is not the pool's. Their alphas hold noise (layers 0 and 2) and history lengths. Pixels whose history is
-    /// shorter than `clamped_frames` are clamped again for their own length.
+    /// Accumulates the estimate of a view with its history, and returns the layers of the result for later passes of
+    /// the frame: outside a mean of frames those of the history, which is not the pool's. Their alphas hold noise
+    /// (layers 0 and 2) and history lengths. Pixels whose history is shorter than `clamped_frames` are clamped again
+    /// for their own length.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -159,10 +155,8 @@ impl Histories {
         &Mix { surface, motion, found: estimate, requested_frames, clamped_frames }: &Mix<'_>,
     ) -> Result<wgpu::TextureView, RenderError> {
         let Some(places) = &motion.places else { unreachable!("the settings request a history") };
-        let number = frame.number();
-        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
-        let last = self.views.remove(key);
+        let last = self.views.take(frame, *key);
         // The places are those of the frame before; the layers must be, too.
         let last_frames = last.as_ref().map(|last| last.frames);
         let before = motion.before.filter(|before| last_frames.is_some_and(|frames| frames + 1 == before.frames));
@@ -170,7 +164,7 @@ impl Histories {
         let new = |device: &wgpu::Device| layers(device, size);
         let layers = PingPong::next(last.map(|last| last.layers), frame, size, ("history", bytes), new)?;
         let frames = motion.before.map_or(0, |before| before.frames);
-        self.views.insert(*key, Kept { layers: layers.clone(), last_frame: number, frames });
+        self.views.leave(frame, *key, ViewHistory { layers: layers.clone(), frames });
         // Outside a mean of frames the history is the result, and nothing is written to `mixed`.
         let is_of_mean = view.frame_index > 0;
         let mixed = layers_target(frame, if is_of_mean { size } else { UVec2::ONE });
@@ -201,7 +195,7 @@ impl Histories {
             .texture("filtered", &mixed);
         let [width, height, _] = self.mix.workgroup_size();
         let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
-        match frame.whole() {
+        match frame.completeness_buffer() {
             None => frame.dispatch(&self.mix, &bindings, groups),
             Some(capacity_policy) => {
                 let mix = match &mut self.mix_deferred {

@@ -1,8 +1,9 @@
 //! Denoising of demodulated irradiance, from noisy pixel sums to the layers that shading reads.
 //!
 //! 1. Resolve: upsamples the irradiance of the sampled pixels to the image ([`IndirectResolution`]).
-//! 2. Firefly clamp: removes the excess of a pixel over its neighbourhood ([`IndirectClamp`]) and estimates the noise (`firefly_clamp.wesl`). The
-//!    excess is redistributed over the pixels around (`collect.wesl`, `redistribution.wesl`).
+//! 2. Firefly clamp: removes the excess of a pixel over its neighbourhood ([`IndirectClamp`]) and estimates the noise
+//!    (`firefly_clamp.wesl`). The excess is redistributed over the pixels around (`collect.wesl`,
+//!    `redistribution.wesl`).
 //! 3. Temporal accumulation, if there is a history ([`History`]).
 //! 4. Edge-stopping filter, along x and along y (`filter.wesl`).
 
@@ -28,8 +29,9 @@ use crate::{
     technique::{ParameterInfo, Range},
 };
 
-/// The alphas of the layers hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the luminances of light without noise
-/// that is added later (layers 1 and 3). The filter is then as wide as the deviations ask for, and keeps edges of light that are no noise.
+/// The alphas of the layers hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the
+/// luminances of light without noise that is added later (layers 1 and 3). The filter is then as wide as the deviations
+/// ask for, and keeps edges of light that are no noise.
 pub(crate) const DEVIATIONS: Feature = Feature::new("deviations");
 
 /// The shaders of this folder.
@@ -118,9 +120,10 @@ impl IndirectResolution {
 named_enum! {
     /// Firefly clamp of indirect light.
     IndirectClamp {
-        /// A pixel is limited to the mean of similar neighbours plus five standard deviations. In a mean of n frames the limit is n times as high, and
-        /// at least 1 − 8/n of each frame is kept, so that the mean converges to the correct light. With a filter, the excess is redistributed over
-        /// the pixels around, except for glossy light of smooth surfaces.
+        /// A pixel is limited to the mean of similar neighbours plus five standard deviations. In a mean of n frames
+        /// the limit is n times as high, and at least 1 − 8/n of each frame is kept, so that the mean converges to the
+        /// correct light. With a filter, the excess is redistributed over the pixels around, except for glossy light of
+        /// smooth surfaces.
         On = "on": "At most the mean of similar neighbours plus five standard deviations",
         /// No clamp: the mean over all images is unbiased.
         Off = "off": "No clamp: for the mean of many frames",
@@ -148,7 +151,8 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 /// Indirect light goes on changing for some frames after a change of the scene.
 const RESET_WINDOW: HistoryReset =
     HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25, noise_of_mean: 0.0, restarts: true };
-/// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct position.
+/// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct
+/// position.
 const REDISTRIBUTE: u32 = 2;
 
 gpu_constants! {
@@ -166,11 +170,13 @@ pub const MOST_RADIUS: u32 = 64;
 pub struct Smoothed(SmoothingParameters);
 
 impl Smoothed {
-    /// With a filter of this radius in an image of one frame, pixels; it shrinks with the sixth root of `frames`. `clamps`: fireflies are clamped.
+    /// With a filter of this radius in an image of one frame, pixels; it shrinks with the sixth root of `frames`.
+    /// `clamps`: fireflies are clamped.
     pub fn new(radius: u32, clamps: bool, frames: u32) -> Self {
         let clamp_frames = if clamps { frames as f32 } else { 0.0 };
-        // Over n frames the variance is proportional to 1/(n radius²), and the error of blurring grows with radius²: the sum of both squared is least for
-        // a radius that shrinks with the sixth root of n [Silverman1986, §4.3]. With the root of n the noise would never fall.
+        // Over n frames the variance is proportional to 1/(n radius²), and the error of blurring grows with radius²:
+        // the sum of both squared is least for a radius that shrinks with the sixth root of n [Silverman1986, §4.3].
+        // With the root of n the noise would never fall.
         let radius = (radius as f32 * (frames as f32).powf(-1.0 / 6.0)) as u32;
         let redistribution = radius.div_ceil(REDISTRIBUTE);
         Self(SmoothingParameters {
@@ -204,8 +210,8 @@ impl Smoothing {
         Self::labelled(device, history, RESET_WINDOW, "indirect", &[])
     }
 
-    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the labels; `features`: none, or
-    /// [`DEVIATIONS`].
+    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the
+    /// labels; `features`: none, or [`DEVIATIONS`].
     pub(crate) fn labelled(
         device: &wgpu::Device,
         history: History,
@@ -231,11 +237,6 @@ impl Smoothing {
         })
     }
 
-    /// Discards the history.
-    pub fn forget(&mut self) {
-        self.histories.iter_mut().for_each(Histories::forget);
-    }
-
     /// Records the passes that turn the finished sums of a view's surface into the layers that shading reads.
     pub fn record(
         &mut self,
@@ -249,7 +250,8 @@ impl Smoothing {
         self.record_layers(frame, view, surface, &Smoothed(irradiance.parameters), found)
     }
 
-    /// Records the pass from the finished sums of a view's surface, or of some of its rows, to layers, which are not smoothed.
+    /// Records the pass from the finished sums of a view's surface, or of some of its rows, to layers, which are not
+    /// smoothed.
     pub(crate) fn resolve(
         &self,
         frame: &mut Frame<'_>,

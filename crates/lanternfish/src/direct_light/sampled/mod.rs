@@ -244,10 +244,6 @@ impl SampledPasses {
 }
 
 impl DirectPasses for SampledPasses {
-    fn forget(&mut self) {
-        self.smoothing.forget();
-    }
-
     fn lights(&mut self, scene: &GpuScene) -> bool {
         let Some(least) = self.least_in_reach else { return true };
         let counted = self.counted.filter(|(revision, _)| *revision == scene.revision());

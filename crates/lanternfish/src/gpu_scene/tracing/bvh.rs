@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::{
     super::shaders::BvhTriangle,
-    TracedTriangle, Tracing, levels,
+    Tracing, levels,
     refit::{box_of, cost, refit},
+    triangles::TracedTriangle,
     upper::place_levels,
 };
 use crate::error::RenderError;

@@ -9,8 +9,8 @@ use super::{
         lobes::{MaterialStorage, Shading},
         materials::mask_cutoff,
     },
-    Part, Source, TracedTriangle,
     hits::normal_matrix_of,
+    triangles::{Part, Source, TracedTriangle},
 };
 use crate::lights::tree::EmissiveTriangle;
 

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{
     super::shaders::{MaskHeader, MaskRecord},
-    HEADER_WORDS,
+    masks::HEADER_WORDS,
     opacity::coordinates,
 };
 

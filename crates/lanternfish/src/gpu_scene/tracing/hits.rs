@@ -21,8 +21,8 @@ use super::{
             mips::{mean, mean_alpha, srgb_from_linear},
         },
     },
-    Part, Source, Tracing,
     levels::BOX,
+    triangles::{Part, Source, TracedTriangle},
 };
 use crate::error::RenderError;
 
@@ -47,9 +47,9 @@ impl Hits {
         queue: &wgpu::Queue,
         scene: &Scene,
         storage: MaterialStorage,
-        tracing: &Tracing,
+        (parts, traced): (&[Part], &[TracedTriangle]),
     ) -> Result<Self, RenderError> {
-        let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
+        let sources: Vec<Source> = traced.iter().map(|triangle| triangle.source).collect();
         let mut layers = Layers { most: device.limits().max_texture_array_layers, ..Layers::default() };
         let read = scene.materials.iter().map(|material| HitTextures::of(scene, material, &mut layers));
         let read: Vec<HitTextures> = read.collect();
@@ -63,12 +63,7 @@ impl Hits {
             ..Default::default()
         });
         Ok(Self {
-            triangles: storage_buffer_of(
-                device,
-                "scene/hit_triangles",
-                &triangles(scene, &tracing.parts, &sources),
-                none,
-            )?,
+            triangles: storage_buffer_of(device, "scene/hit_triangles", &triangles(scene, parts, &sources), none)?,
             materials: storage_buffer_of(device, "scene/hit_materials", &packed(scene, &read, storage), none)?,
             read,
             textures: layers.upload(device, queue, scene),

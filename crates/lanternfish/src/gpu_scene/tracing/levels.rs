@@ -1,8 +1,11 @@
 //! Two levels: a tree of each mesh that is placed more than once, in its own space, below a tree over its instances.
 //!
-//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`): a leaf of the upper tree, which
-//! has the corners of its box, its translation, the root of its mesh and the index of the other, which has the inverse
-//! of its linear transform and what hits need (`gpu_scene/placed.wesl`).
+//! An instance takes two elements of the BVH's triangles (`rays/two_level/walk.wesl`, `gpu_scene/placed.wesl`):
+//!
+//! | element | content |
+//! |---|---|
+//! | a leaf of the upper tree | corners of its box, its translation, the root of its mesh, the index of the other element |
+//! | the other | the inverse of its linear transform, and what hits need |
 
 use std::collections::BTreeMap;
 
@@ -14,7 +17,11 @@ use lanternfish_scene::{
 use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
-use super::{Source, TracedTriangle, Tracing, upper::UpperNodes};
+use super::{
+    Tracing,
+    triangles::{Source, TracedTriangle},
+    upper::UpperNodes,
+};
 use crate::gpu_scene::shaders::BvhTriangle;
 
 /// In place of a micromap's reference: the element is an instance.

@@ -17,8 +17,10 @@ use rayon::prelude::*;
 
 use super::{
     super::shaders::{MaskHeader, MaskRecord},
-    HEADER_WORDS, RECORD_WORDS, TracedTriangle, Tracing,
+    Tracing,
     footprint::{Mask, Opacity, subtriangles},
+    masks::{HEADER_WORDS, RECORD_WORDS},
+    triangles::TracedTriangle,
 };
 
 #[cfg(test)]

@@ -1,22 +1,21 @@
-//! Panes: thin surfaces that let part of the light pass straight. Each is a mask that is solid nowhere, with a block of what it lets pass.
+//! Panes: thin surfaces that let part of the light pass straight. Each is a mask that is solid nowhere, with a block of
+//! what it lets pass.
 
 use glam::Vec3;
 use lanternfish_scene::{AlphaMode, Material, Scene};
 
-use super::{
-    super::upload::{
-        lobes::Shading,
-        materials::dielectric_f0,
-        mips::{mean, mean_alpha},
-    },
-    Tracing,
+use super::super::upload::{
+    lobes::Shading,
+    materials::dielectric_f0,
+    mips::{mean, mean_alpha},
 };
 
 /// Words of a [`Block`].
 pub const PANE_WORDS: usize = 9;
 
-/// Of what enters the surface, the fraction that it transmits (three channels); reflectance at normal incidence (three) and at grazing
-/// incidence; the factor of alpha; the alpha from which the surface is there, or -1: alpha is its coverage (`gpu_scene/mask.wesl`).
+/// Of what enters the surface, the fraction that it transmits (three channels); reflectance at normal incidence (three)
+/// and at grazing incidence; the factor of alpha; the alpha from which the surface is there, or -1: alpha is its
+/// coverage (`gpu_scene/mask.wesl`).
 pub type Block = [f32; PANE_WORDS];
 
 /// A pane's material.
@@ -70,15 +69,5 @@ impl Pane {
             AlphaMode::Blend => -1.0,
         };
         [tint.x, tint.y, tint.z, f0.x, f0.y, f0.z, f90, material.base_color.w, cutoff]
-    }
-}
-
-impl Tracing {
-    /// Writes the blocks of the panes.
-    pub fn write_panes(&mut self, scene: &Scene, shading: Shading) {
-        for pane in &self.panes {
-            let block = pane.block(&scene.materials[pane.material], shading);
-            self.masks[pane.address as usize..][..PANE_WORDS].copy_from_slice(bytemuck::cast_slice(&block));
-        }
     }
 }

@@ -13,7 +13,7 @@ use lanternfish_scene::Bounds;
 use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
 
 #[cfg(test)]
-use super::TracedTriangle;
+use super::triangles::TracedTriangle;
 
 /// Largest quantised coordinate.
 const GRID_CELLS: f64 = 255.0;

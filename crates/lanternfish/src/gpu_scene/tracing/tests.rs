@@ -1,10 +1,11 @@
 //! Gathering, order, and packing of masks.
 
+use glam::UVec2;
 use lanternfish_gpu::testing::{self, Memory};
-use lanternfish_scene::{AlphaMode, Image, Instance, Mesh, Sampler, Texture, TextureRef};
+use lanternfish_scene::{AlphaMode, Filter, Image, Material, Mesh, Primitive, Sampler, Texture, TextureRef, Wrap};
 
-use super::*;
-use crate::{gpu_scene::Shading, testing::probe};
+use super::{masks::HEADER_WORDS, *};
+use crate::{gpu_scene::shaders::MaskHeader, testing::probe};
 
 fn scene() -> Scene {
     let quad = |material: usize, z: f32| Primitive {

@@ -6,7 +6,10 @@
 use glam::Vec3;
 use lanternfish_gpu::storage_buffer_of;
 
-use super::{super::upload::geometry::buffer, Source, TracedTriangle};
+use super::{
+    super::upload::geometry::buffer,
+    triangles::{Source, TracedTriangle},
+};
 use crate::error::RenderError;
 
 /// An acceleration structure on the device.

@@ -15,10 +15,11 @@ use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
-    TracedTriangle, Tracing,
+    Tracing,
     bvh::{Bvh, packed},
     levels::{BOX, Level, Place, place_of},
     refit::{box_of, refit_nodes},
+    triangles::TracedTriangle,
 };
 use crate::gpu_scene::{moving::rebuild::LIMIT, shaders::BvhTriangle};
 

@@ -102,8 +102,8 @@ impl GpuScene {
     ) -> Result<Sent, RenderError> {
         let needs_update = |what: &str| Err(RenderError::NeedsUpdate { what: format!("material {index}: {what}") });
         let invalid = |what| SceneFault::Material { index, name: material.name.clone(), what };
-        material.validate(self.placed.outline.texture_count()).map_err(invalid)?;
-        match self.placed.outline.has_kind_of(index, material) {
+        material.validate(self.placed.signature.texture_count()).map_err(invalid)?;
+        match self.placed.signature.has_shape_of(index, material) {
             None => return needs_update("so many were not uploaded"),
             Some(false) => {
                 return needs_update("it has other textures, another alpha mode, other sides, transmission or volume");

@@ -16,7 +16,7 @@ use super::{
             textures::Images,
         },
     },
-    outline::{self, Outline},
+    upload_signature::{self, UploadSignature},
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -26,7 +26,7 @@ use crate::{
 /// State of an uploaded scene: transforms, and data that must not change.
 #[derive(Debug)]
 pub struct Placed {
-    pub(super) outline: Outline,
+    pub(super) signature: UploadSignature,
     /// World from object, of each instance.
     pub(super) transforms: Vec<Affine3A>,
     /// A hash of each mesh's vertices; none: the device has deformed them.
@@ -56,9 +56,9 @@ impl Placed {
     /// The state of a scene that was just uploaded.
     pub fn new(scene: &Scene, tracing: Tracing, decided: Decided, skipped_levels: u32) -> Self {
         Self {
-            outline: Outline::of(scene),
+            signature: UploadSignature::of(scene),
             transforms: transforms(scene).collect(),
-            vertices: outline::vertices(scene).into_iter().map(Some).collect(),
+            vertices: upload_signature::vertices(scene).into_iter().map(Some).collect(),
             is_unsure: false,
             is_distrusted: false,
             shining: emissive::shining(scene),
@@ -94,12 +94,6 @@ impl Placed {
         self.is_unsure || self.transforms[instance] != *transform
     }
 
-    /// Notes that the triangles may not match the instances' transforms.
-    pub fn forget(&mut self) {
-        self.is_unsure = true;
-        self.moved();
-    }
-
     /// True if vertices of these meshes may differ from the device's last deformation.
     pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
         self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())
@@ -117,9 +111,9 @@ impl Placed {
         of_them.map(|(instance, (_, transform))| (instance, transform)).collect()
     }
 
-    /// See [`Outline::check_counts`].
+    /// See [`UploadSignature::check_counts`].
     pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
-        self.outline.check_counts(scene)
+        self.signature.check_counts(scene)
     }
 
     /// True if the handedness of any of these instances changes: the order of draws then changes.
@@ -156,13 +150,13 @@ impl Placed {
 
     /// The mesh and the transform of each instance.
     pub fn stands(&self) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
-        self.outline.meshes().zip(self.transforms.iter().copied())
+        self.signature.meshes().zip(self.transforms.iter().copied())
     }
 
     /// The instance, the first index and the primitive's first vertex of each traced triangle.
     pub fn triangle_sources(&self, geometry: &Geometry) -> impl Iterator<Item = UVec4> + '_ {
         let (primitives, first_of_mesh) = geometry.primitives();
-        let meshes: Vec<usize> = self.outline.meshes().collect();
+        let meshes: Vec<usize> = self.signature.meshes().collect();
         self.sources.iter().map(move |source| {
             let Part { instance, primitive, .. } = self.parts[source.part as usize];
             let [first_index, first_vertex, _] =
@@ -193,7 +187,7 @@ impl Placed {
     /// The first of these instances that has an emissive surface.
     pub fn first_shining(&self, moved: &[(usize, Affine3A)], geometry: &Geometry) -> Option<usize> {
         let (primitives, first_of_mesh) = geometry.primitives();
-        let meshes: Vec<usize> = self.outline.meshes().collect();
+        let meshes: Vec<usize> = self.signature.meshes().collect();
         let is_emissive = |instance: &usize| {
             let first = first_of_mesh.get(meshes[*instance]).copied().unwrap_or(primitives.len());
             let end = first_of_mesh.get(meshes[*instance] + 1).copied().unwrap_or(primitives.len());

@@ -1,8 +1,8 @@
 //! Transforms and vertices of the previous frame, for motion vectors.
 //!
-//! A frame that requests motion marks the current state of the scene as shown ([`GpuScene::note_shown`]). The first change after it copies
-//! that state on the device; further changes before the next such frame copy nothing. A scene for which no frame requests motion keeps no
-//! copy.
+//! A frame that requests motion marks the current state of the scene as shown ([`GpuScene::note_shown`]). The first
+//! change after it copies that state on the device; further changes before the next such frame copy nothing. A scene
+//! for which no frame requests motion keeps no copy.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,11 +13,11 @@ use super::super::scene::GpuScene;
 pub(in crate::gpu_scene) struct Previous {
     /// True if a frame that requests motion has shown the current state.
     is_shown: AtomicBool,
-    kept: Option<Kept>,
+    kept: Option<GeometryCopy>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct GeometryCopy {
     /// [`GpuScene::generation`] of that state.
     generation: u64,
     instances: wgpu::Buffer,
@@ -45,7 +45,8 @@ impl GpuScene {
         GeometryAt { instances: &self.geometry.instances, positions: &self.geometry.positions }
     }
 
-    /// The geometry at a [`Self::generation`], if it is available: the current one, or the one that was shown last before a change.
+    /// The geometry at a [`Self::generation`], if it is available: the current one, or the one that was shown last
+    /// before a change.
     pub(crate) fn geometry_at(&self, generation: u64) -> Option<GeometryAt<'_>> {
         let now = self.geometry_now();
         if generation == self.generation() {
@@ -56,19 +57,19 @@ impl GpuScene {
         Some(GeometryAt { instances: &kept.instances, positions })
     }
 
-    /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before the scene's generation
-    /// changes.
+    /// Copies the draw instances if a frame has shown them. Call it before every write to draw instances, and before
+    /// the scene's generation changes.
     pub(in crate::gpu_scene) fn before_instances_move(&mut self, queue: &wgpu::Queue) {
         if !std::mem::take(self.previous.is_shown.get_mut()) {
             return;
         }
         let generation = self.generation();
         let (instances, positions) = match self.previous.kept.take() {
-            Some(Kept { instances, positions, .. }) => (instances, positions),
+            Some(GeometryCopy { instances, positions, .. }) => (instances, positions),
             None => (self.copy_target("scene/previous_instances", &self.geometry.instances), None),
         };
         self.copy(queue, &self.geometry.instances, &instances);
-        self.previous.kept = Some(Kept { generation, instances, positions, has_bent: false });
+        self.previous.kept = Some(GeometryCopy { generation, instances, positions, has_bent: false });
     }
 
     /// Discards the copy: for changes after which the device has another order of draws.
@@ -76,16 +77,17 @@ impl GpuScene {
         self.previous = Previous::default();
     }
 
-    /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to `scene/positions`**, on the host or on
-    /// the device, and before the scene's generation changes. The copy is submitted at once: it precedes queue writes after the call and
-    /// all commands that are submitted after the call, whenever they were recorded.
+    /// Copies draw instances and vertices if a frame has shown them. **Call it before every write to
+    /// `scene/positions`**, on the host or on the device, and before the scene's generation changes. The copy is
+    /// submitted at once: it precedes queue writes after the call and all commands that are submitted after the call,
+    /// whenever they were recorded.
     pub(in crate::gpu_scene) fn before_vertices_bend(&mut self, queue: &wgpu::Queue) {
         self.before_instances_move(queue);
         let Some(mut kept) = self.previous.kept.take_if(|kept| !kept.has_bent) else { return };
         let now = &self.geometry.positions;
         let positions = kept.positions.get_or_insert_with(|| self.copy_target("scene/previous_positions", now));
         self.copy(queue, now, positions);
-        self.previous.kept = Some(Kept { has_bent: true, ..kept });
+        self.previous.kept = Some(GeometryCopy { has_bent: true, ..kept });
     }
 
     /// Copies of the current draw instances and vertex positions.

@@ -9,7 +9,7 @@ use lanternfish_scene::{AlphaMode, Image, Instance, Light, Material, Sampler, Sc
 
 use super::{
     super::tracing::{self, pose},
-    Outline,
+    UploadSignature,
 };
 use crate::{
     GpuScene, RenderedImage, Renderer, Settings,
@@ -145,8 +145,8 @@ fn gpu_set_light_renders_like_a_fresh_upload(gpu: &Gpu) {
 #[test]
 fn glass_that_becomes_rough_is_another_material() {
     let smooth = Material { metallic: 0.0, perceptual_roughness: 0.0, transmission: 1.0, ..Material::default() };
-    let outline = Outline::of(&Scene { materials: vec![smooth.clone()], ..Scene::default() });
-    let is_updated = |material: Material| outline.has_kind_of(0, &material);
+    let signature = UploadSignature::of(&Scene { materials: vec![smooth.clone()], ..Scene::default() });
+    let is_updated = |material: Material| signature.has_shape_of(0, &material);
     assert_eq!(is_updated(Material { perceptual_roughness: 0.2, ..smooth.clone() }), Some(false));
     assert_eq!(is_updated(Material { perceptual_roughness: 0.01, ior: 1.8, ..smooth }), Some(true));
 }
@@ -189,11 +189,11 @@ fn every_texel_of_a_small_image_is_hashed() {
         images: vec![Image { name: String::new(), width: 32, height: 32, rgba: vec![7; 4096] }],
         ..Scene::default()
     };
-    let outline = Outline::of(&scene);
-    assert!(outline == Outline::of(&scene));
+    let signature = UploadSignature::of(&scene);
+    assert!(signature == UploadSignature::of(&scene));
     for i in 0..4096 {
         scene.images[0].rgba[i] = 8;
-        assert!(outline != Outline::of(&scene), "texel {}", i / 4);
+        assert!(signature != UploadSignature::of(&scene), "texel {}", i / 4);
         scene.images[0].rgba[i] = 7;
     }
 }

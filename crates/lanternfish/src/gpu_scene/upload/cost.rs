@@ -61,12 +61,13 @@ fn counts(scene: &Scene, parts: Parts) -> [u64; 3] {
     [vertices, draws, triangles]
 }
 
-/// Triangles from which on two levels are chosen, and their number in one level over that in two: below, one tree is built within seconds.
+/// Least number of triangles for two levels: a tree over fewer is built within seconds.
 const MANY: u64 = 1 << 21;
+/// Least number of triangles in one level over their number in two.
 const COPIES: u64 = 4;
 
-/// True if a scene has so many copies that two levels serve it better than one. Not if anything bends or is animated: the host would pose
-/// all that is in world space in every frame. Not for a scene that names what it lacks.
+/// True if a scene has so many copies that two levels serve it better than one. Not if anything bends or is animated:
+/// the host would pose all that is in world space in every frame. Not for a scene that names what it lacks.
 pub fn is_of_copies(scene: &Scene) -> bool {
     let mut primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let is_still =
@@ -137,8 +138,8 @@ fn bytes_of_textures(scene: &Scene, shading: Shading, skipped_levels: u32) -> u6
     }
 }
 
-/// What uploading `scene` for `parts` takes. If it exceeds the budget, textures are halved, four times at most; an error if that does not
-/// suffice.
+/// What uploading `scene` for `parts` takes. If it exceeds the budget, textures are halved, four times at most; an
+/// error if that does not suffice.
 pub fn plan(scene: &Scene, shading: Shading, parts: Parts, budget: &Budget) -> Result<MemoryPlan, TooMuch> {
     let of = |skipped: u32| MemoryPlan::new(scene, shading, parts, skipped);
     let fits = |plan: &MemoryPlan| budget.check(plan.total(), String::new).is_ok();

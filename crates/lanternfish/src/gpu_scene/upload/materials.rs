@@ -2,15 +2,15 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, GpuError, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Scene, TextureRef};
+use lanternfish_scene::{AlphaMode, LayerTextures, Scene, TextureRef};
 
 use super::{
     super::shaders::{
-        BASE_COLOR_MAPPED, CATCHES_SHADOWS, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED,
-        DIFFUSE_TRANSMISSION_COLOR_MAPPED, DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, FILM_MAPPED,
-        FILM_THICKNESS_MAPPED, GRAIN_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED,
-        SCATTERS_THROUGH, SHEEN_COLOR_MAPPED, SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED,
-        TRANSMISSION_MAPPED, TextureSlot, UNLIT,
+        ANISOTROPY_MAPPED, BASE_COLOR_MAPPED, CATCHES_SHADOWS, COAT_MAPPED, COAT_NORMAL_MAPPED, COAT_ROUGHNESS_MAPPED,
+        DIFFUSE_TRANSMISSION_COLOR_MAPPED, DIFFUSE_TRANSMISSION_MAPPED, EMISSIVE_MAPPED, IRIDESCENCE_MAPPED,
+        IRIDESCENCE_THICKNESS_MAPPED, LAMBERT, METALLIC_ROUGHNESS_MAPPED, Material, NORMAL_MAPPED, SCATTERS_THROUGH,
+        SHEEN_COLOR_MAPPED, SHEEN_ROUGHNESS_MAPPED, SPECULAR_COLOR_MAPPED, SPECULAR_MAPPED, TRANSMISSION_MAPPED,
+        TextureSlot, UNLIT,
     },
     lobes::{MaterialStorage, Shading},
     textures::Textures,
@@ -19,7 +19,8 @@ use super::{
 /// Name of the uniform buffer with the material of a draw.
 pub(in crate::gpu_scene) const MATERIAL_OF_DRAW: &str = "material_of_draw";
 
-/// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding may have.
+/// The materials of a scene on the device: an array if textures are one, else each at an offset that a uniform binding
+/// may have.
 #[derive(Debug)]
 pub(in crate::gpu_scene) struct Materials {
     buffer: wgpu::Buffer,
@@ -84,8 +85,8 @@ impl Materials {
     }
 }
 
-/// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the texture values
-/// `tint` and `weight`.
+/// Reflectance at normal incidence of a dielectric, tinted and weighted according to `KHR_materials_specular`, with the
+/// texture values `tint` and `weight`.
 pub(in crate::gpu_scene) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
     (tinted_f0(material) * tint).min(Vec3::ONE) * (material.specular * weight)
 }
@@ -141,7 +142,8 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
     };
     let scatters_from_behind = file && material.scatters_from_behind();
     let iors = material.channel_iors();
-    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+    let LayerTextures { sheen_color, sheen_roughness, anisotropy, iridescence, iridescence_thickness } =
+        material.layer_textures();
     Material {
         base_color: material.base_color,
         emissive: material.emissive / light_unit,
@@ -168,9 +170,9 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             | flag(file && material.clearcoat_normal_texture.is_some(), COAT_NORMAL_MAPPED)
             | flag(file && sheen_color.is_some(), SHEEN_COLOR_MAPPED)
             | flag(file && sheen_roughness.is_some(), SHEEN_ROUGHNESS_MAPPED)
-            | flag(file && grain.is_some(), GRAIN_MAPPED)
-            | flag(file && film.is_some(), FILM_MAPPED)
-            | flag(file && film_thickness.is_some(), FILM_THICKNESS_MAPPED)
+            | flag(file && anisotropy.is_some(), ANISOTROPY_MAPPED)
+            | flag(file && iridescence.is_some(), IRIDESCENCE_MAPPED)
+            | flag(file && iridescence_thickness.is_some(), IRIDESCENCE_THICKNESS_MAPPED)
             | flag(file && scatters_through(material), SCATTERS_THROUGH)
             | flag(matches!(material.alpha_mode, AlphaMode::ShadowCatcher { .. }), CATCHES_SHADOWS)
             | flag(
@@ -210,8 +212,11 @@ fn pack(material: &lanternfish_scene::Material, storage: MaterialStorage, textur
             None => slot(&material.clearcoat_texture, false),
             sheen => slot(&sheen, true),
         },
-        coat_roughness_or_grain_map: slot(&material.clearcoat_roughness_texture.or(grain), false),
-        coat_normal_or_film_map: slot(&material.clearcoat_normal_texture.or(film).or(film_thickness), false),
+        coat_roughness_or_anisotropy_map: slot(&material.clearcoat_roughness_texture.or(anisotropy), false),
+        coat_normal_or_iridescence_map: slot(
+            &material.clearcoat_normal_texture.or(iridescence).or(iridescence_thickness),
+            false,
+        ),
     }
 }
 

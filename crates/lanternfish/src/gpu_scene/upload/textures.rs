@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use lanternfish_gpu::{Bindings, Gpu, GpuError, software_mesa};
-use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
+use lanternfish_scene::{Filter, Image, LayerTextures, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
 use super::{lobes::Shading, mips};
@@ -14,8 +14,8 @@ pub(super) const BATCH: usize = 16;
 const HARDWARE_ANISOTROPY: u16 = 16;
 /// Value of [`Anisotropy::Auto`] on a software adapter: the README lists the time and the error of each value there.
 const SOFTWARE_ANISOTROPY: u16 = 4;
-/// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that takes a second
-/// without; 25.0.7 is fine; those between are untested.
+/// First version of Mesa's software rasterizer with usable anisotropic filtering. 22.3.6 takes minutes for a frame that
+/// takes a second without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
 /// Names of a material's textures and samplers, if textures are not one array.
 const NAMES: [(&str, &str); MAPS] = [
@@ -29,16 +29,18 @@ const NAMES: [(&str, &str); MAPS] = [
     ("diffuse_transmission_texture", "diffuse_transmission_sampler"),
     ("diffuse_transmission_color_texture", "diffuse_transmission_color_sampler"),
     ("coat_or_sheen_texture", "coat_or_sheen_sampler"),
-    ("coat_roughness_or_grain_texture", "coat_roughness_or_grain_sampler"),
-    ("coat_normal_or_film_texture", "coat_normal_or_film_sampler"),
+    ("coat_roughness_or_anisotropy_texture", "coat_roughness_or_anisotropy_sampler"),
+    ("coat_normal_or_iridescence_texture", "coat_normal_or_iridescence_sampler"),
 ];
-/// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a software adapter maps
-/// memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a frame draw a material again.
+/// Number of materials above which textures are one array where the device has arrays, whatever the settings say: a
+/// software adapter maps memory for each material that a pass binds, and a process has 65,530 mappings. Few passes of a
+/// frame draw a material again.
 const MOST_BOUND_MATERIALS: usize = 8192;
 /// Textures of a material that are shaded.
 const MAPS: usize = 12;
 
-/// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all levels, bytes.
+/// Images on the device, by their index in the scene and whether they are read as sRGB: the view, and the size of all
+/// levels, bytes.
 pub(in crate::gpu_scene) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
 
 /// The textures of a scene on the device. Texture 0 is one white texel.
@@ -64,7 +66,8 @@ pub struct Textures {
 fn references(material: &Material, shading: Shading) -> [(Option<TextureRef>, bool); MAPS] {
     let file = shading == Shading::File;
     let of_file = |texture: &Option<TextureRef>| texture.filter(|_| file);
-    let [sheen_color, sheen_roughness, grain, film, film_thickness] = material.layer_textures();
+    let LayerTextures { sheen_color, sheen_roughness, anisotropy, iridescence, iridescence_thickness } =
+        material.layer_textures();
     let sheen = sheen_color.or(sheen_roughness);
     [
         (material.base_color_texture, true),
@@ -77,8 +80,8 @@ fn references(material: &Material, shading: Shading) -> [(Option<TextureRef>, bo
         (of_file(&material.diffuse_transmission_texture), false),
         (of_file(&material.diffuse_transmission_color_texture), true),
         (of_file(&sheen.or(material.clearcoat_texture)), sheen.is_some()),
-        (of_file(&material.clearcoat_roughness_texture.or(grain)), false),
-        (of_file(&material.clearcoat_normal_texture.or(film).or(film_thickness)), false),
+        (of_file(&material.clearcoat_roughness_texture.or(anisotropy)), false),
+        (of_file(&material.clearcoat_normal_texture.or(iridescence).or(iridescence_thickness)), false),
     ]
 }
 
@@ -248,7 +251,8 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// Greatest number of anisotropic samples if the adapter decides: 1 on a software driver that is known to stall with more.
+/// Greatest number of anisotropic samples if the adapter decides: 1 on a software driver that is known to stall with
+/// more.
 pub fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     match (adapter.device_type, software_mesa(adapter)) {
         (_, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,

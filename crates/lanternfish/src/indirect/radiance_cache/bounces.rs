@@ -10,8 +10,8 @@ use super::parameters::CacheSweep;
 /// Number of reflections of light before it reaches the visible surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounces {
-    /// At most this many, 1 to [`Bounces::MOST`]: paths of up to two more segments. More than 1 needs the radiance cache, whose entries store outgoing
-    /// radiance for each number of bounces.
+    /// At most this many, 1 to [`Bounces::MOST`]: paths of up to two more segments. More than 1 needs the radiance
+    /// cache, whose entries store outgoing radiance for each number of bounces.
     UpTo(u32),
     /// All bounces: entries of the radiance cache reflect the outgoing radiance of other entries.
     All,
@@ -28,7 +28,8 @@ impl Bounces {
         self != Self::ONE
     }
 
-    /// Number of radiance levels per entry beside the total (`level_at` of `table.wesl`): one for each lower number of bounces, or two for all bounces.
+    /// Number of radiance levels per entry beside the total (`level_at` of `table.wesl`): one for each lower number of
+    /// bounces, or two for all bounces.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -41,8 +42,8 @@ impl Bounces {
         u32::from(matches!(self, Self::UpTo(2..)))
     }
 
-    /// Sweeps that propagate all requested bounces along the entries' hit lists. `sweeps`: with all bounces, the number of red-black sweeps of each half of
-    /// the entries.
+    /// Sweeps that propagate all requested bounces along the entries' hit lists. `sweeps`: with all bounces, the number
+    /// of red-black sweeps of each half of the entries.
     pub(super) fn steps(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
@@ -52,7 +53,7 @@ impl Bounces {
         }
     }
 
-    /// The same for some of the entries, while the others do not change.
+    /// Sweeps over the entries that are updated in this frame alone.
     pub(super) fn steps_of_some(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
@@ -60,7 +61,8 @@ impl Bounces {
         }
     }
 
-    /// After these sweeps: the level with the total, and where it is copied. With all bounces both totals are equal then; else it is the same level.
+    /// After these sweeps: the level with the total, and where it is copied. With all bounces both totals are equal
+    /// then; else it is the same level.
     pub(super) fn copy_after(self, sweeps: &[CacheSweep]) -> CacheSweep {
         let total = sweeps.last().map_or(0, |sweep| sweep.written_level);
         let written_level = if self == Self::All { 2 - total } else { total };

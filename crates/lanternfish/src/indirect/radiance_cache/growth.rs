@@ -41,17 +41,20 @@ fn expected_entries(entries: u32, sample_index: u32) -> u32 {
     (u64::from(entries) * (done + 2) / done).min(u32::MAX.into()) as u32
 }
 
-/// True if a table holds so many entries without losing any. Tables lose the first ones when two thirds of their slots are taken.
+/// True if a table holds so many entries without losing any. Tables lose the first ones when two thirds of their slots
+/// are taken.
 fn has_room(slots: u32, entries: u32) -> bool {
     5 * u64::from(entries) <= 3 * u64::from(slots)
 }
 
 impl RadianceCache {
-    /// True if an image's first frame has to start over because the table was too small. It is then replaced by a larger, empty one, and the view's rays
-    /// have to look up their entries again. `sample_index`: the last processed one of `sample_count`.
+    /// True if an image's first frame has to start over because the table was too small. It is then replaced by a
+    /// larger, empty one, and the view's rays have to look up their entries again. `sample_index`: the last processed
+    /// one of `sample_count`.
     ///
-    /// The check blocks the frame. Before the last sample index it is skipped once a frame has been completed with this table. In the first
-    /// quarter of the sample indices a table that is expected to become too small counts as such, since starting over later costs more.
+    /// The check blocks the frame. Before the last sample index it is skipped once a frame has been completed with this
+    /// table. In the first quarter of the sample indices a table that is expected to become too small counts as such,
+    /// since starting over later costs more.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
@@ -61,7 +64,8 @@ impl RadianceCache {
         sample_count: u32,
     ) -> Result<bool, RenderError> {
         let is_last = sample_index + 1 == sample_count;
-        if !is_last && (self.was_large_enough || !cache.may_start_over) {
+        let was_large_enough = self.table.get(frame).as_ref().is_some_and(|table| table.was_large_enough);
+        if !is_last && (was_large_enough || !cache.may_start_over) {
             return Ok(false);
         }
         let counted = Counted {
@@ -79,14 +83,13 @@ impl RadianceCache {
         let will_lose = is_early && !has_room(self.slots, expected_entries(entries, sample_index));
         let is_full = lost > 0 || lost_of_pixels > 0 || will_lose;
         if !cache.may_start_over || self.slots >= most || !is_full {
-            self.was_large_enough |= is_last;
+            self.table.get(frame).iter_mut().for_each(|table| table.was_large_enough |= is_last);
             return Ok(false);
         }
-        self.was_large_enough = false;
         // The number of entries will grow further.
         self.slots = (2 * self.slots).max(slots_for(2 * entries)).min(most);
         tracing::debug!(entries, slots = self.slots, "the radiance cache starts over with a larger table");
-        self.table = None;
+        *self.table.get(frame) = None;
         *cache = self.begin(frame, view)?;
         Ok(true)
     }

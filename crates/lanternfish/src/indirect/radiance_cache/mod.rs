@@ -1,13 +1,16 @@
-//! World-space radiance cache: one entry per voxel and facing direction, with the mean outgoing radiance of the surfaces there.
+//! World-space radiance cache: one entry per voxel and facing direction, with the mean outgoing radiance of the
+//! surfaces there.
 //!
-//! 1. Passes that trace rays look up the entries that the rays hit (`hashing.wesl`, `table.wesl`). The rays vote for the hit at which the entry is
-//!    sampled next (`vote.wesl`).
-//! 2. Update: new entries and a fraction of the others, or all for some frames after a change, get another sample (`schedule.wesl`). The light of one
-//!    light source, with a shadow ray, is added to a mean (`light.wesl`, `shadow.wesl`, `accumulate.wesl`). With more than one bounce, a further ray
-//!    is traced and its hit is appended to the entry's hit list (`trace.wesl`, `rays.wesl`, `intersect.wesl`).
-//! 3. Propagation, with more than one bounce: entries read the outgoing radiance of the entries in their hit lists (`propagate.wesl`).
-//! 4. Passes that trace rays read the entries' outgoing radiance. If nothing has changed for long, they do so at lookup, for all entries with samples
-//!    (`rgbe.wesl`).
+//! 1. Passes that trace rays look up the entries that the rays hit (`hashing.wesl`, `table.wesl`). The rays vote for
+//!    the hit at which the entry is sampled next (`vote.wesl`).
+//! 2. Update: new entries and a fraction of the others, or all for some frames after a change, get another sample
+//!    (`schedule.wesl`). The light of one light source, with a shadow ray, is added to a mean (`light.wesl`,
+//!    `shadow.wesl`, `accumulate.wesl`). With more than one bounce, a further ray is traced and its hit is appended to
+//!    the entry's hit list (`trace.wesl`, `rays.wesl`, `intersect.wesl`).
+//! 3. Propagation, with more than one bounce: entries read the outgoing radiance of the entries in their hit lists
+//!    (`propagate.wesl`).
+//! 4. Passes that trace rays read the entries' outgoing radiance. If nothing has changed for long, they do so at
+//!    lookup, for all entries with samples (`rgbe.wesl`).
 //! 5. Entries that are no longer requested are evicted periodically (`rehash.wesl`).
 //!
 //! `reference/` is the CPU reference of the shaders; `tests/` compares both.
@@ -24,7 +27,7 @@ mod table;
 mod tests;
 mod update;
 
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
+use lanternfish_gpu::{AcrossFrames, Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
 #[cfg(any(test, feature = "testing"))]
@@ -82,9 +85,9 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 /// Distance from the eye up to which voxels have the smallest edge, in units of that edge.
 const NEAR_EDGES: f32 = 128.0;
 /// Update stride: each frame updates 1/8 of the entries, and all of them in the reset window after a scene change. In
-/// images with blocking readback and more than one bounce, each frame also updates all visible entries: light from other
-/// entries is noisier than light from light sources. Of these, entries with a long history get a sample in every second
-/// or fourth frame: `schedule.wesl`.
+/// images with blocking readback and more than one bounce, each frame also updates all visible entries: light from
+/// other entries is noisier than light from light sources. Of these, entries with a long history get a sample in every
+/// second or fourth frame: `schedule.wesl`.
 const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
 /// Least number of samples of an entry of rank 0 in its first frame; most in a later frame.
@@ -99,7 +102,8 @@ const ALL: f32 = f32::MAX;
 const NONE: f32 = 0.0;
 /// Size of `ScheduledEntries` of `bindings.wesl` before its entries, bytes.
 const LIST_HEADER_BYTES: u64 = 32;
-/// Frames after which an entry that is not requested is evicted. Rays vote for an entry in every eighth frame, with at most one vote per pixel.
+/// Frames after which an entry that is not requested is evicted. Rays vote for an entry in every eighth frame, with at
+/// most one vote per pixel.
 const KEPT: u32 = 128;
 
 /// The entries, and the passes that update them.
@@ -110,8 +114,6 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Largest capacity, entries.
     most_entries: u32,
-    /// A frame has been completed with a table of this size.
-    was_large_enough: bool,
     /// Samples of an entry of rank 0 in an image's first frame.
     first_samples: u32,
     /// See [`CacheSettings::blur`].
@@ -119,7 +121,7 @@ pub(crate) struct RadianceCache {
     kernels: Kernels,
     rehash: Rehash,
     planes: Planes,
-    table: Option<Table>,
+    table: AcrossFrames<Option<Table>>,
     /// Updates and frames so far; each view counts as a frame.
     update: u32,
     frame: u32,
@@ -149,8 +151,8 @@ thread_local! {
     static SHARES_DISPATCH_IN_TESTS: std::cell::Cell<Option<bool>> = const { std::cell::Cell::new(None) };
 }
 
-/// True if both rays of entries are traced in one dispatch. A graphics card waits less often for the longest ray; Mesa's software adapter takes 1.4 times as
-/// long for the same rays.
+/// True if both rays of entries are traced in one dispatch. A graphics card waits less often for the longest ray;
+/// Mesa's software adapter takes 1.4 times as long for the same rays.
 fn shares_dispatch(device: &wgpu::Device) -> bool {
     #[cfg(test)]
     if let Some(shares) = SHARES_DISPATCH_IN_TESTS.get() {
@@ -180,7 +182,8 @@ pub(crate) struct CacheSettings {
     pub first_samples: u32,
     /// Tracer of the entries' rays.
     pub tracer: Tracer,
-    /// Roughness whose lobe covers the solid angle that one of [`RadianceCache::MOST_SAMPLES`] samples represents; it prefilters the environment.
+    /// Roughness whose lobe covers the solid angle that one of [`RadianceCache::MOST_SAMPLES`] samples represents; it
+    /// prefilters the environment.
     pub blur: f32,
 }
 
@@ -201,7 +204,8 @@ pub(crate) struct CacheOfFrame {
     uniforms: [BufferPart; 2],
     slots: Slots,
     planes: wgpu::Buffer,
-    /// The scheduled entries and the previously scheduled ones, which take turns; the next list to be built, the second one, is empty.
+    /// The scheduled entries and the previously scheduled ones, which take turns; the next list to be built, the second
+    /// one, is empty.
     lists: [wgpu::Buffer; 2],
     /// Samples of scheduled entries.
     sampled: wgpu::Buffer,
@@ -215,7 +219,7 @@ impl CacheOfFrame {
         self.is_new.then_some(self.parameters.fewest)
     }
 
-    /// One of so many entries gets another sample in the frame's first update, whatever its history; 0: none.
+    /// Update stride of the frame's first update: of the existing entries 1 in so many gets a sample; 0: none.
     pub fn fraction(&self) -> u32 {
         self.update.fraction
     }
@@ -244,9 +248,10 @@ impl CacheOfFrame {
     }
 }
 
-/// Increment of the update number before the samples of a view. Each part of a view takes [`FEWEST`] updates, an even number; with this increment, all
-/// views of a frame together take an odd number. The update number, modulo the update stride of 2, 4 or 8, selects the existing entries that get a
-/// sample at the first sample index of each view (for 2 and 4: of the first view only). An odd increment per frame visits all residues.
+/// Increment of the update number before the samples of a view. Each part of a view takes [`FEWEST`] updates, an even
+/// number; with this increment, all views of a frame together take an odd number. The update number, modulo the update
+/// stride of 2, 4 or 8, selects the existing entries that get a sample at the first sample index of each view (for 2
+/// and 4: of the first view only). An odd increment per frame visits all residues.
 fn first_updates(is_first_view: bool) -> u32 {
     if is_first_view { 1 } else { 2 }
 }
@@ -316,27 +321,19 @@ impl RadianceCache {
             slots: slots_for(most_entries.min(first_entries())),
             most_entries,
             blur,
-            was_large_enough: false,
             first_samples,
             kernels,
             rehash: Rehash::new(device)?,
             planes: Planes::new(device)?,
-            table: None,
+            table: AcrossFrames::default(),
             update: 0,
             frame: 0,
             changes: 0,
         })
     }
 
-    /// Discards all entries.
-    pub fn forget(&mut self) {
-        self.table = None;
-        self.planes.forget();
-        self.was_large_enough = false;
-    }
-
-    /// Prepares the cache for the rays of this view. An image with blocking readback starts without entries, so that it does not depend on what was
-    /// rendered before.
+    /// Prepares the cache for the rays of this view. An image with blocking readback starts without entries, so that it
+    /// does not depend on what was rendered before.
     pub fn begin(
         &mut self,
         frame: &mut Frame<'_>,
@@ -349,7 +346,7 @@ impl RadianceCache {
         let number = frame.number();
         let capacity = frame.planned_capacity(ENTRIES_LIST, 0, slots_for(self.most_entries).into());
         self.slots = self.slots.max(slots_for((capacity as u32).min(self.most_entries)));
-        let table = match &mut self.table {
+        let table = match self.table.get(frame) {
             Some(table) => table,
             none => {
                 frame.forget_bind_groups();

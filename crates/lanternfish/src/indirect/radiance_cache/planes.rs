@@ -1,7 +1,7 @@
 //! Planes of the scene's triangles, for the lookup of entries: `planes.wesl`.
 
 use super::DECLARED;
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer};
+use lanternfish_gpu::{AcrossFrames, ComputeKernel, Frame, gpu_struct, storage_buffer};
 
 use crate::{
     common::workgroups,
@@ -10,8 +10,8 @@ use crate::{
 };
 
 gpu_struct! {
-    /// The plane of a triangle, in a sixth of the memory of the triangle. The error of its normal is up to 6.4e-5 rad: 20 m from the triangle's first
-    /// corner the error is about 1 mm, while voxels are about a hundredth of the scene.
+    /// The plane of a triangle, in a sixth of the memory of the triangle. The error of its normal is up to 6.4e-5 rad:
+    /// 20 m from the triangle's first corner the error is about 1 mm, while voxels are about a hundredth of the scene.
     pub struct TrianglePlane {
         /// Unit normal, on the side from which the corners are counterclockwise; octahedral, two snorms of 16 bits.
         normal: u32,
@@ -28,7 +28,7 @@ const INSTANCE_PLANES: u64 = 8;
 pub(super) struct Planes {
     make: ComputeKernel,
     /// The planes, in the order of the BVH's leaves, and the [`GpuScene::generation`] for which they were made.
-    made: Option<(wgpu::Buffer, u64)>,
+    made: AcrossFrames<Option<(wgpu::Buffer, u64)>>,
 }
 
 impl Planes {
@@ -36,18 +36,14 @@ impl Planes {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let shader = DECLARED.link("indirect/radiance_cache/planes", &[])?;
         let make = ComputeKernel::new(device, &shader, "make_planes", "radiance_cache/make_planes");
-        Ok(Self { make, made: None })
-    }
-
-    /// Discards them.
-    pub fn forget(&mut self) {
-        self.made = None;
+        Ok(Self { make, made: AcrossFrames::default() })
     }
 
     /// The planes, recomputed if triangles have moved.
     pub fn of(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<wgpu::Buffer, RenderError> {
         let generation = scene.generation();
-        if let Some((planes, of)) = &self.made
+        let made = self.made.get(frame);
+        if let Some((planes, of)) = made
             && *of == generation
         {
             return Ok(planes.clone());
@@ -56,7 +52,7 @@ impl Planes {
         // An instance's element is one of the triangles.
         let count = triangles + (INSTANCE_PLANES - 1) * scene.instances_in_levels();
         let bytes = size_of::<TrianglePlane>() as u64 * count;
-        let planes = match self.made.take() {
+        let planes = match made.take() {
             Some((planes, _)) if planes.size() == bytes => planes,
             _ => {
                 // Bind groups keep the old buffer alive.
@@ -66,7 +62,7 @@ impl Planes {
         };
         let bindings = scene.bindings().buffer("made_planes", &planes);
         frame.dispatch(&self.make, &bindings, workgroups(count as u32));
-        self.made = Some((planes.clone(), generation));
+        *made = Some((planes.clone(), generation));
         Ok(planes)
     }
 }

@@ -91,6 +91,8 @@ pub(super) struct Table {
     /// Edge of the smallest entries, m.
     pub edge: f32,
     pub slots: Slots,
+    /// A frame has been completed with so many slots.
+    pub was_large_enough: bool,
     /// The packed outgoing radiance (`rgbe.wesl`) is up to date.
     pub is_packed: bool,
     /// The other table, after the first migration.
@@ -123,6 +125,7 @@ impl Table {
             since_change: u32::MAX,
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots, bounces)?,
+            was_large_enough: false,
             is_packed: false,
             other: None,
             bounces,
@@ -182,8 +185,8 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), migrate: kernel("migrate"), migrate_hits: kernel("migrate_hits") })
     }
 
-    /// Migrates the entries to a larger table if `parameters` have more slots. Every `kept` frames, migrates them to another table of the same size and
-    /// evicts those that were not requested for that long.
+    /// Migrates the entries to a larger table if `parameters` have more slots. Every `kept` frames, migrates them to
+    /// another table of the same size and evicts those that were not requested for that long.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

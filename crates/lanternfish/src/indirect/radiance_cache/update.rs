@@ -19,7 +19,8 @@ impl RadianceCache {
         let mut lists = cache.lists.clone();
         let sample_count = most.min(cache.parameters.fewest);
         for sample_index in 0..sample_count {
-            // New entries, and the new entries that their rays hit, get several samples in sequence; other entries get one at the first sample index.
+            // New entries, and the new entries that their rays hit, get several samples in sequence; other entries get
+            // one at the first sample index.
             let is_first = sample_index == 0;
             // Rays have voted for the entries that this update number schedules.
             debug_assert!(!is_first || cache.update.fraction == 0 || self.update == cache.update.update);
@@ -45,7 +46,7 @@ impl RadianceCache {
                 Rays::Both(both) => frame.dispatch_indirect(both.of(scene), &sampling, scheduled, TWO_RAYS),
                 Rays::Each(shadow, trace) => {
                     frame.dispatch_indirect(shadow.of(scene), &sampling, scheduled, 0);
-                    trace.dispatch_indirect(frame, view, &sampling, scheduled, 0);
+                    trace.dispatch_indirect(frame, &view.structures, &sampling, scheduled, 0);
                 }
             }
             if self.bounces.needs_rays() {

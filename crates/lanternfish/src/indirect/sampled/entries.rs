@@ -43,7 +43,8 @@ pub(super) struct EntryPasses {
 }
 
 impl EntryPasses {
-    /// Compiles the passes. `of_rays`: features of the shaders that read rays; `tracer`: of these rays; `folder`: the first part of their labels.
+    /// Compiles the passes. `of_rays`: features of the shaders that read rays; `tracer`: of these rays; `folder`: the
+    /// first part of their labels.
     pub fn new(device: &wgpu::Device, of_rays: &[Feature], tracer: Tracer, folder: &str) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
@@ -104,14 +105,15 @@ impl EntryPasses {
 pub(in crate::indirect) struct CachedFrame<'a> {
     pub cache: &'a mut RadianceCache,
     pub of_frame: &'a mut CacheOfFrame,
-    /// The rays may start over with a larger table, which is empty: others of the frame have been lit, or do not need the same entries.
+    /// The rays may start over with a larger table, which is empty: others of the frame have been lit, or do not need
+    /// the same entries.
     pub may_start_over: bool,
 }
 
 /// Existing entries for which rays vote.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Voting {
-    /// One of so many, less 1.
+    /// A power of two less 1: one of so many entries, plus 1.
     mask: u32,
     /// 1: a different subset for each sample index.
     step: u32,
@@ -120,11 +122,12 @@ struct Voting {
 impl Voting {
     /// All entries.
     const EACH: Self = Self { mask: 0, step: 0 };
-    /// Largest divisor of the entries that are voted for: about as many rays may vote as there are pixels, or an eighth of all. At most one vote per pixel.
+    /// Largest divisor of the entries that are voted for: about as many rays may vote as there are pixels, or an eighth
+    /// of all. At most one vote per pixel.
     const SAMPLES: u32 = 8;
 
-    /// If one of `fraction` entries gets another sample in this frame, rays vote for the scheduled ones. If more entries do, each entry gets votes from a
-    /// fraction of the sample indices.
+    /// If one of `fraction` entries gets another sample in this frame, rays vote for the scheduled ones. If more
+    /// entries do, each entry gets votes from a fraction of the sample indices.
     fn of(fraction: u32, sample_count: u32) -> Self {
         let one_of = 1 << sample_count.clamp(1, Self::SAMPLES).ilog2();
         Self { mask: one_of - 1, step: u32::from(fraction < one_of) }
@@ -159,7 +162,7 @@ pub(super) struct FrameEntries<'a> {
     together: u32,
     sample_count: u32,
     sky_is_dark: u32,
-    /// One of so many entries gets another sample in this frame.
+    /// Update stride of this frame; 0: no entry gets another sample.
     fraction: u32,
 }
 
@@ -194,8 +197,8 @@ impl FrameEntries<'_> {
         }
     }
 
-    /// End (exclusive) of the sample indices whose hits are looked up together, from this one on: one at a time if all entries are new, since entries are
-    /// then sampled after each.
+    /// End (exclusive) of the sample indices whose hits are looked up together, from this one on: one at a time if all
+    /// entries are new, since entries are then sampled after each.
     pub fn found_end(&self, of_sample: &SampleSlots) -> u32 {
         if self.is_first() { of_sample.round + 1 } else { of_sample.traced_end }
     }
@@ -205,8 +208,9 @@ impl FrameEntries<'_> {
         self.is_first() || of_sample.round == of_sample.traced_first
     }
 
-    /// Looks up the entries that the rays of some sample indices hit. In an unchanged scene, adds the radiance of entries with samples to the pixels' sums.
-    /// `rays`: bindings of the first sample index, the hits, the sums and the counters.
+    /// Looks up the entries that the rays of some sample indices hit. In an unchanged scene, adds the radiance of
+    /// entries with samples to the pixels' sums. `rays`: bindings of the first sample index, the hits, the sums and the
+    /// counters.
     pub fn find(&mut self, frame: &mut Frame<'_>, rays: &Bindings<'_>) {
         let of_frame = self.of_frame.bindings();
         let finding = rays
@@ -221,8 +225,8 @@ impl FrameEntries<'_> {
         frame.dispatch(&self.passes.scatter, &finding, workgroups(self.of_frame.slots()));
     }
 
-    /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays have voted. The samples of an entry
-    /// are thereby spread over several hits.
+    /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays
+    /// have voted. The samples of an entry are thereby spread over several hits.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, sample_index: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
         // At least one after the first sample index: entries are counted then, too.
@@ -239,8 +243,9 @@ impl FrameEntries<'_> {
         }
     }
 
-    /// True if the frame has to start over from its first sample index, with a larger, empty table. Called after each sample index; after the last one the
-    /// number of entries is recorded, so that the next frame has capacity for them.
+    /// True if the frame has to start over from its first sample index, with a larger, empty table. Called after each
+    /// sample index; after the last one the number of entries is recorded, so that the next frame has capacity for
+    /// them.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
@@ -253,8 +258,8 @@ impl FrameEntries<'_> {
             && self.cache.starts_over(frame, view, self.of_frame, sample_index, self.sample_count)?)
     }
 
-    /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`: bindings of the sample index, the sums and
-    /// the counters.
+    /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`:
+    /// bindings of the sample index, the sums and the counters.
     pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
         let most = if self.is_first() { u32::MAX } else { FEWEST };
         self.cache.update(frame, view, self.of_frame, most);

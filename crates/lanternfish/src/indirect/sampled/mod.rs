@@ -1,8 +1,9 @@
 //! Indirect light by rays from every pixel [Niessner2010, §4, §5].
 //!
-//! 1. For each sample index, one ray per pixel is traced (`trace.wesl`, many sample indices at once), its hit is shaded (`shade.wesl`), and a shadow
-//!    ray to the chosen light is traced (`shadow.wesl`). Three passes, since their bindings exceed the limits of one. With emissive triangles,
-//!    one more ray per pixel goes to one of them (`emitters.wesl`).
+//! 1. For each sample index, one ray per pixel is traced (`trace.wesl`, many sample indices at once), its hit is shaded
+//!    (`shade.wesl`), and a shadow ray to the chosen light is traced (`shadow.wesl`). Three passes, since their
+//!    bindings exceed the limits of one. With emissive triangles, one more ray per pixel goes to one of them
+//!    (`emitters.wesl`).
 //! 2. The irradiance is upsampled, clamped, accumulated and filtered (`denoise/`).
 
 mod entries;
@@ -48,7 +49,8 @@ const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
 /// Rays start from screen probes (`probes/`) instead of pixels.
 pub(super) const PROBES: Feature = Feature::new("probes");
 
-/// Number of lights up to which a shaded hit weighs all of them, so that its choice adds little noise: `MOST_WEIGHED` of `hit_radiance.wesl`.
+/// Number of lights up to which a shaded hit weighs all of them, so that its choice adds little noise: `MOST_WEIGHED`
+/// of `hit_radiance.wesl`.
 const MOST_WEIGHED: u32 = 16;
 
 /// The shaders of this folder.
@@ -139,13 +141,13 @@ gpu_struct! {
 gpu_struct! {
     /// A ray hit.
     pub struct SampledHit {
-        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of `hit.wesl`. `NO_CAPACITY` of
-        /// `hit.wesl` is added if the hit is shaded because the cache is full.
+        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of
+        /// `hit.wesl`. `NO_CAPACITY` of `hit.wesl` is added if the hit is shaded because the cache is full.
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,
-        /// Unit direction along which the distance is measured, octahedral: two snorms of 16 bits. For rays through deep images: the axis of
-        /// the deep image.
+        /// Unit direction along which the distance is measured, octahedral: two snorms of 16 bits. For rays through
+        /// deep images: the axis of the deep image.
         direction: u32,
     }
 }
@@ -159,8 +161,8 @@ gpu_struct! {
         met: u32,
         /// End, at the light; world space, m.
         end: Vec3,
-        /// Sum of the four weights of the pixel's ray (`ray.wesl`), by which `roulette.wesl` ranks it. Both lobes count alike, since metals
-        /// have only the glossy one. `shadow.wesl` recomputes the four weights.
+        /// Sum of the four weights of the pixel's ray (`ray.wesl`), by which `roulette.wesl` ranks it. Both lobes count
+        /// alike, since metals have only the glossy one. `shadow.wesl` recomputes the four weights.
         weight: f32,
         /// Radiance reflected back along the pixel's ray if the light is visible, nits.
         radiance: Vec3,
@@ -210,18 +212,14 @@ impl SampledLight {
         })
     }
 
-    /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights, their choice would be noise.
+    /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights,
+    /// their choice would be noise.
     fn shades_mirrored(&self, scene: &GpuScene) -> bool {
         scene.lights().capacity() <= MOST_WEIGHED && self.settings.bounces != Bounces::ONE
     }
 }
 
 impl IndirectPasses for SampledLight {
-    fn forget(&mut self) {
-        self.cache.iter_mut().for_each(RadianceCache::forget);
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -239,7 +237,8 @@ impl IndirectPasses for SampledLight {
         };
         let is_first = of_frame.as_ref().is_some_and(|of_frame| of_frame.first_samples().is_some());
         let diffuse_rays = if is_first { settings.first_rays * settings.diffuse_rays } else { settings.diffuse_rays };
-        // One emitter sample per two diffuse rays; BSDF samples that hit emitters are combined by MIS and cost nothing more.
+        // One emitter sample per two diffuse rays; BSDF samples that hit emitters are combined by MIS and cost nothing
+        // more.
         let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
         let earlier_frames =
             frames_before(view.random_index, is_first, if of_frame.is_some() { settings.first_rays } else { 1 });
@@ -283,8 +282,9 @@ impl IndirectPasses for SampledLight {
     }
 }
 
-/// Number of usual frames whose diffuse rays precede this frame's in a pixel's sequence: a first frame counts as `first_rays` of them. (If the number of
-/// diffuse rays is odd, rays to emissive triangles skip points: there are half as many per frame, rounded up.)
+/// Number of usual frames whose diffuse rays precede this frame's in a pixel's sequence: a first frame counts as
+/// `first_rays` of them. (If the number of diffuse rays is odd, rays to emissive triangles skip points: there are half
+/// as many per frame, rounded up.)
 fn frames_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
     random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
 }
@@ -308,28 +308,32 @@ fn frames_continue_the_sequence_of_the_first_one() {
     }
 }
 
-/// Part of a ray's solid angle for which the environment is prefiltered. The tails of the lobe reach far beyond it: with the whole angle a surface
-/// under soft boxes lost 8 % of their light (16 rays), with a quarter 4 %, and no image was noisier.
+/// Part of a ray's solid angle for which the environment is prefiltered. The tails of the lobe reach far beyond it:
+/// with the whole angle a surface under soft boxes lost 8 % of their light (16 rays), with a quarter 4 %, and no image
+/// was noisier.
 const PREFILTERED: f32 = 0.25;
 
-/// Roughness whose lobe about the mirror direction is as wide as a part of the solid angle of the hemisphere that one of `rays` × `frames` rays
-/// represents: 2π over their number, as a cone. Half of the lobe's directions are within tan α of the half vector.
+/// Roughness whose lobe about the mirror direction is as wide as a part of the solid angle of the hemisphere that one
+/// of `rays` × `frames` rays represents: 2π over their number, as a cone. Half of the lobe's directions are within tan
+/// α of the half vector.
 pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - PREFILTERED / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
 }
 
-/// Number of glossy rays in an image up to which each reads the environment prefiltered by the complete lobe: so few rays would hit a lamp of a dark
-/// studio in one pixel and miss it in the next.
+/// Number of glossy rays in an image up to which each reads the environment prefiltered by the complete lobe: so few
+/// rays would hit a lamp of a dark studio in one pixel and miss it in the next.
 const RAYS_OF_A_WHOLE_LOBE: f32 = 4.0;
 
-/// Roughness of the lobe that prefilters the environment for a glossy ray, over its surface's own: the squared alpha is divided by the number of rays.
+/// Roughness of the lobe that prefilters the environment for a glossy ray, over its surface's own: the squared alpha is
+/// divided by the number of rays.
 pub(super) fn glossy_blur(rays: u32, frames: u32) -> f32 {
     (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)
 }
 
-/// Returns an error if the number of rays or the filter's radius is out of range, or if deep images lack the triangles that are needed.
+/// Returns an error if the number of rays or the filter's radius is out of range, or if deep images lack the triangles
+/// that are needed.
 fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
     if settings.diffuse_rays == 0 || settings.diffuse_rays > 4096 || settings.glossy_rays > 4096 {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "1 to 4096 rays per pixel" });

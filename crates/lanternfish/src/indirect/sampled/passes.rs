@@ -42,8 +42,8 @@ pub(in crate::indirect) struct RayPasses {
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
     shadow: SceneKernel,
-    /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow rays: their light is added after
-    /// that of emissive triangles and the environment, not in turn.
+    /// Hits that are looked up together are shaded together. Then only hits for which the cache is full have shadow
+    /// rays: their light is added after that of emissive triangles and the environment, not in turn.
     shades_many: bool,
     emitters: Option<SceneKernel>,
     entries: Option<EntryPasses>,
@@ -150,7 +150,8 @@ impl RayPasses {
             let sample_bindings = frame_bindings.clone().part("sample_slots", &uniform);
             let tracing = sample_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
-                self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(grid.size));
+                let groups = sample_order::workgroups(grid.size);
+                self.trace.dispatch(frame, &view_context.structures, &tracing, groups);
             }
             let summing =
                 sample_bindings.buffer("ray_irradiance", grid.sums).buffer("ray_counters", targets.counters.buffer());

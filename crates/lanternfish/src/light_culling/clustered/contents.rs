@@ -2,8 +2,8 @@
 
 use lanternfish_gpu::read_back;
 
-use super::{ClusteredCulling, MARKED, grid::GridGeometry};
-use crate::{error::RenderError, renderer::Renderer};
+use super::{ClusteredCulling, Grids, MARKED, grid::GridGeometry};
+use crate::error::RenderError;
 
 /// A cluster grid of the last frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,16 +39,6 @@ impl GridContents {
     }
 }
 
-impl Renderer {
-    /// Contents of the last frame's clusters, one item per grid ([`Grouping`](super::Grouping)), read back from the device for
-    /// measurements. Empty before the first frame, and without [`Clustered`](super::Clustered).
-    #[doc(hidden)]
-    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
-        self.culling_passes()
-            .map_or(Ok(Vec::new()), |passes| contents_of_grids(passes, &self.engine().device, &self.engine().queue))
-    }
-}
-
 /// The grids of the last frame, in the order of their first views.
 pub(crate) fn contents_of_grids(
     passes: &ClusteredCulling,
@@ -57,8 +47,9 @@ pub(crate) fn contents_of_grids(
 ) -> Result<Vec<GridContents>, RenderError> {
     let mut grids = Vec::new();
     // Views that share a grid: its counters belong to the first view.
-    let first = passes.lists.iter().filter(|lists| !lists.counters.is_empty());
-    for (lists, geometry) in first.zip(passes.geometries.iter().copied()) {
+    let Grids { geometries, lists } = passes.grids.last();
+    let first = lists.iter().filter(|lists| !lists.counters.is_empty());
+    for (lists, geometry) in first.zip(geometries.iter().copied()) {
         let Some(fragments) = &lists.fragments else { continue };
         let count = geometry.cluster_count() as usize;
         let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;

@@ -18,7 +18,8 @@ pub use self::{
 };
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
-    BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct, primitives::Scan,
+    AcrossFrames, BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct,
+    primitives::Scan,
 };
 
 use self::{
@@ -32,7 +33,6 @@ use crate::{
     gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
     prepass::{MULTISAMPLED, visible_fragments},
-    settings::Samples,
     shaders::{Root, Shaders},
     view::frustum::ViewFrustum,
 };
@@ -99,7 +99,13 @@ pub struct ClusteredCulling {
     write: ComputeKernel,
     scan: Scan,
     tree: TreeBuilder,
-    /// Lists of the last call, which also hold the clusters of transparent fragments.
+    grids: AcrossFrames<Grids>,
+}
+
+/// The grids of the last frame.
+#[derive(Debug, Default)]
+struct Grids {
+    /// Lists of each view, which also hold the clusters of transparent fragments.
     lists: Vec<LightLists>,
     /// Geometry of the grid of each group of views.
     geometries: Vec<GridGeometry>,
@@ -107,9 +113,9 @@ pub struct ClusteredCulling {
 
 impl ClusteredCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Clustered, samples: Samples) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, settings: Clustered, samples: u32) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
-        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+        let multisampled: &[Feature] = if samples == 1 { &[] } else { &[MULTISAMPLED] };
         let mark = DECLARED.link("light_culling/clustered/mark", multisampled)?;
         let compact = DECLARED.link("light_culling/clustered/compact", &[])?;
         let hierarchy: &[Feature] = if settings.assignment == Assignment::Hierarchy { &[HIERARCHY] } else { &[] };
@@ -123,15 +129,14 @@ impl ClusteredCulling {
                 "light_culling/clustered/mark_drawn",
                 multisampled,
                 false,
-                visible_fragments(samples.count()),
+                visible_fragments(samples),
             ),
             compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
             count: ComputeKernel::new(device, &assign, "count", &label("count")),
             write: ComputeKernel::new(device, &assign, "write", &label("write")),
             scan: Scan::new(device, "light_culling/clustered")?,
             tree: TreeBuilder::new(device, settings.assignment)?,
-            lists: Vec::new(),
-            geometries: Vec::new(),
+            grids: AcrossFrames::default(),
         })
     }
 }
@@ -147,7 +152,7 @@ impl LightCullingPasses for ClusteredCulling {
     ) -> Result<Vec<LightLists>, RenderError> {
         if reach == Reach::Anywhere {
             // The clusters of transparent fragments are already in the lists of the surfaces.
-            return Ok(self.lists.clone());
+            return Ok(self.grids.get(frame).lists.clone());
         }
         let groups: Vec<&[ViewContext<'_>]> = match self.settings.grouping {
             Grouping::Individual => views.chunks(1).collect(),
@@ -159,14 +164,8 @@ impl LightCullingPasses for ClusteredCulling {
             lists.extend(of_group);
             geometries.push(geometry);
         }
-        self.geometries = geometries;
-        self.lists.clone_from(&lists);
+        *self.grids.get(frame) = Grids { geometries, lists: lists.clone() };
         Ok(lists)
-    }
-
-    fn forget(&mut self) {
-        self.lists.clear();
-        self.geometries.clear();
     }
 }
 
@@ -285,12 +284,13 @@ impl ClusteredCulling {
         }
     }
 
-    /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth are marked as they
-    /// are drawn: transparent ones, and all fragments of multisampled images, which are counted there alone.
+    /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth
+    /// are marked as they are drawn: transparent ones, and all fragments of multisampled images, which are counted
+    /// there alone.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, draws, surface, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, draws, surface, center_surface, .. }: &ViewContext<'_>,
         grid: &BufferPart,
         fragments: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
@@ -298,8 +298,8 @@ impl ClusteredCulling {
         let bindings = view_bindings.part("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = surface.size;
         let mut drawn = draws.transparent.clone();
-        if middle.samples == 1 {
-            let surface_bindings = middle.bindings();
+        if center_surface.samples == 1 {
+            let surface_bindings = center_surface.bindings();
             let from_depth = bindings.clone().with(&surface_bindings);
             frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
         }

@@ -7,7 +7,6 @@ use super::{CULLING_CLUSTERED, ClusteredCulling, DECLARED, grid::ClusterShape};
 use crate::{
     error::RenderError,
     light_culling::{CullingTechnique, LightCullingPasses},
-    settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -21,8 +20,9 @@ pub struct Clustered {
     pub grouping: Grouping,
     /// How lights are assigned to clusters. The lists are the same.
     pub assignment: Assignment,
-    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene;
-    /// so they do if the scene ends farther away. More: more clusters, of which none is visible; displaced clusters change.
+    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters
+    /// end with the scene; so they do if the scene ends farther away. More: more clusters, of which none is visible;
+    /// displaced clusters change.
     pub depth: u32,
 }
 
@@ -111,7 +111,7 @@ impl CullingTechnique for Clustered {
         self.assignment == Assignment::BruteForce
     }
 
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError> {
         Ok(Box::new(ClusteredCulling::new(device, *self, samples)?))
     }
 }

@@ -1,10 +1,10 @@
 //! Light lists of a frame's tiles, read back.
 
 use glam::UVec2;
-use lanternfish_gpu::{Engine, read_back};
+use lanternfish_gpu::read_back;
 
 use super::TiledCulling;
-use crate::{error::RenderError, renderer::Renderer};
+use crate::error::RenderError;
 
 /// The tiles of a view of the last frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,25 +27,19 @@ impl TileContents {
     }
 }
 
-impl Renderer {
-    /// Light counts of the last frame's tiles for each of its views, read back from the device. Empty before the first frame, and without
-    /// [`Tiled`](super::Tiled).
-    #[doc(hidden)]
-    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
-        self.culling_passes().map_or(Ok(Vec::new()), |passes| tiles_of_views(passes, self.engine()))
-    }
-}
-
 /// The tiles of the views of the last frame, in their order.
-fn tiles_of_views(passes: &TiledCulling, engine: &Engine) -> Result<Vec<TileContents>, RenderError> {
-    let (device, queue) = (&engine.device, &engine.queue);
+pub(crate) fn tiles_of_views(
+    passes: &TiledCulling,
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+) -> Result<Vec<TileContents>, RenderError> {
     let read = |(dimensions, cells): &(UVec2, wgpu::Buffer)| {
         let count = dimensions.element_product() as usize;
         let starts = read_back::<u32>(device, queue, cells, count + 1)?;
         let lights = starts.windows(2).map(|ends| ends[1].wrapping_sub(ends[0])).collect();
         Ok(TileContents { tile_size: passes.settings.tile_size.pixels(), dimensions: *dimensions, lights })
     };
-    passes.cells.iter().map(read).collect()
+    passes.cells.last().iter().map(read).collect()
 }
 
 #[test]

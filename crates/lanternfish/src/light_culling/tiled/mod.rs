@@ -1,10 +1,12 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
-mod contents;
+pub(crate) mod contents;
 mod settings;
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{
+    AcrossFrames, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan,
+};
 
 pub use self::{contents::TileContents, settings::Tiled};
 use super::{LightCullingPasses, LightLists, Reach, Volume};
@@ -14,7 +16,6 @@ use crate::{
     gpu_scene::{SceneRaster, TEXTURES},
     lights::LightSet,
     prepass::{DEPTH_FORMAT, MULTISAMPLED, visible_fragments},
-    settings::Samples,
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -67,7 +68,7 @@ pub struct TiledCulling {
     write: ComputeKernel,
     scan: Scan,
     /// Tiles across and down of each view of the last frame, and the starts of their lists.
-    cells: Vec<(UVec2, wgpu::Buffer)>,
+    cells: AcrossFrames<Vec<(UVec2, wgpu::Buffer)>>,
 }
 
 impl LightCullingPasses for TiledCulling {
@@ -82,33 +83,29 @@ impl LightCullingPasses for TiledCulling {
         let lists = views.iter().map(record).collect::<Result<Vec<_>, _>>()?;
         if reach == Reach::Surface {
             let tiles = |view: &ViewContext<'_>| self.dimensions(view.surface.size);
-            self.cells = views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
+            *self.cells.get(frame) =
+                views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
         }
         Ok(lists)
-    }
-
-    fn forget(&mut self) {
-        self.cells.clear();
     }
 }
 
 impl TiledCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Tiled, samples: Samples) -> Result<Self, RenderError> {
-        let multisampled: &[Feature] = if samples == Samples::One { &[] } else { &[MULTISAMPLED] };
+    pub fn new(device: &wgpu::Device, settings: Tiled, samples: u32) -> Result<Self, RenderError> {
+        let multisampled: &[Feature] = if samples == 1 { &[] } else { &[MULTISAMPLED] };
         let bounds = DECLARED.link("light_culling/tiled/bounds", multisampled)?;
-        let drawn = |module| {
-            SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples.count()))
-        };
+        let drawn =
+            |module| SceneRaster::new(module, DECLARED, module, multisampled, false, visible_fragments(samples));
         let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,
             bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),
-            bounds_drawn: (samples != Samples::One).then(|| drawn("light_culling/tiled/bounds_drawn")),
+            bounds_drawn: (samples > 1).then(|| drawn("light_culling/tiled/bounds_drawn")),
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,
-            cells: Vec::new(),
+            cells: AcrossFrames::default(),
         })
     }
 
@@ -122,7 +119,7 @@ impl TiledCulling {
     fn record_view(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer: view, draws, surface, middle, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer: view, draws, surface, center_surface, .. }: &ViewContext<'_>,
         reach: Reach,
         lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
@@ -138,7 +135,7 @@ impl TiledCulling {
             capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
-            reads_depth: u32::from(middle.samples == 1),
+            reads_depth: u32::from(center_surface.samples == 1),
         };
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
@@ -147,9 +144,9 @@ impl TiledCulling {
         let shared = view_bindings.clone().with(&light_bindings).buffer("tiles", &tiles);
 
         // Bounds from the depth buffer and, with several samples per pixel, from the fragments themselves.
-        let no_depth = (middle.samples > 1)
+        let no_depth = (center_surface.samples > 1)
             .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
-        let depth = no_depth.as_ref().unwrap_or(&middle.depth);
+        let depth = no_depth.as_ref().unwrap_or(&center_surface.depth);
         let depths = frame.zeroed("light_culling/tile_depths", 8 * u64::from(tile_count))?;
         if let Some(drawn) = self.bounds_drawn.as_mut().filter(|_| reach == Reach::Surface && surface.samples > 1) {
             drawn.prepare(frame.device, scene, &draws.solid)?;

@@ -6,7 +6,6 @@ use super::{CULLING_TILED, DECLARED, TiledCulling};
 use crate::{
     error::RenderError,
     light_culling::{CullingTechnique, LightCullingPasses, TileSize},
-    settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -16,8 +15,8 @@ use crate::{
 pub struct Tiled {
     /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
     pub tile_size: TileSize,
-    /// Also tests lights against the box around the tile's frustum. On: fewer lights a tile, slightly more work per tile [Elagabani2025,
-    /// §4.2.3].
+    /// Also tests lights against the box around the tile's frustum. On: fewer lights a tile, slightly more work per
+    /// tile [Elagabani2025, §4.2.3].
     pub aabb_test: bool,
 }
 
@@ -56,7 +55,7 @@ impl CullingTechnique for Tiled {
         CULLING_TILED
     }
 
-    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+    fn build(&self, device: &wgpu::Device, samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError> {
         Ok(Box::new(TiledCulling::new(device, *self, samples)?))
     }
 }

@@ -1,5 +1,5 @@
-//! Light through rough thin surfaces and through volumes (`KHR_materials_transmission`, `KHR_materials_volume`): refracted in image space, and read
-//! from the image of what lies behind.
+//! Light through rough thin surfaces and through volumes (`KHR_materials_transmission`, `KHR_materials_volume`):
+//! refracted in image space, and read from the image of what lies behind.
 
 #[cfg(test)]
 mod tests;
@@ -25,7 +25,8 @@ pub(super) const ROOTS: [Root; 2] = [
     Root::new("shading/refraction/shrink"),
 ];
 
-/// Texels along the shorter edge of the last level of the image behind. A lobe that is wider than a quarter of the image is as good as diffuse.
+/// Texels along the shorter edge of the last level of the image behind. A lobe that is wider than a quarter of the
+/// image is as good as diffuse.
 const LEAST_EDGE: u32 = 4;
 
 /// The passes. Compiled for the first such surface.
@@ -83,7 +84,8 @@ impl Refraction {
         Self { raster: raster.with_layers(), backs: Prepass::of_backs(), opaque: Prepass::new(false, 1), shrink: None }
     }
 
-    /// Draws the back faces of the refracting surfaces among these, and compiles what is missing. `None` if there are none.
+    /// Draws the back faces of the refracting surfaces among these, and compiles what is missing. `None` if there are
+    /// none.
     pub fn record(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<Option<Seen>, RenderError> {
         let draws: Vec<&Draw> =
             view.draws.transparent.iter().copied().filter(|draw| draw.behind == ImageBehind::Refracts).collect();
@@ -91,11 +93,14 @@ impl Refraction {
             return Ok(None);
         }
         self.raster.prepare(frame.device, view.scene, &draws)?;
-        let opaque = match view.middle.samples {
-            1 => view.middle.depth.clone(),
+        let opaque = match view.center_surface.samples {
+            1 => view.center_surface.depth.clone(),
             _ => self.opaque.record(frame, view.scene, &view.draws, &view.buffer, view.view.size, None)?.depth,
         };
-        Ok(Some(Seen { opaque, backs: self.backs.record_backs(frame, view, &draws)? }))
+        Ok(Some(Seen {
+            opaque,
+            backs: self.backs.record_backs(frame, view.scene, &view.buffer, view.view.size, &draws)?,
+        }))
     }
 
     /// Copies the image as it is so far, and computes its levels.
@@ -148,7 +153,8 @@ impl Refraction {
     }
 }
 
-/// Greatest number of images of what is behind refracting surfaces. The nearest draws have one each, and the others share one.
+/// Greatest number of images of what is behind refracting surfaces. The nearest draws have one each, and the others
+/// share one.
 const MOST_IMAGES: usize = 8;
 
 /// Draws from far to near, split before each one that needs a new image of what is behind it; true: it does.

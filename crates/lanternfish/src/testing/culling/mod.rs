@@ -1,4 +1,5 @@
-//! Checks that any light culling technique is conservative: every light in range of a visible point is in the point's list.
+//! Checks that any light culling technique is conservative: every light in range of a visible point is in the point's
+//! list.
 
 mod cases;
 mod counted;
@@ -23,7 +24,7 @@ use crate::{
         clustered::{ClusteredCulling, contents::contents_of_grids},
     },
     prepass::Prepass,
-    settings::{Culling, Samples, Shadows},
+    settings::{Culling, Shadows},
     techniques::{ClusterShape, Clustered, Tiled},
     testing::{Random, context, probe},
     view::{View, tightened},
@@ -57,7 +58,7 @@ impl Compiled {
         Self {
             settings: settings.clone(),
             cells: *cells,
-            passes: LightCulling::new(&gpu.device, settings, Samples::One).unwrap(),
+            passes: LightCulling::new(&gpu.device, settings, 1).unwrap(),
             pixels: probe(gpu, "testing/pixels", &[LightCulling::feature(settings)], "pixels"),
         }
     }
@@ -84,8 +85,8 @@ impl<'g> Bench<'g> {
         }
     }
 
-    /// The lists of every technique for the surfaces or, if `free` is given, for one point per pixel at these depths. Checks that each list
-    /// is in ascending order without duplicates.
+    /// The lists of every technique for the surfaces or, if `free` is given, for one point per pixel at these depths.
+    /// Checks that each list is in ascending order without duplicates.
     fn lists(&mut self, scene: &Scene, camera: &Camera, free: Option<&[f32]>) -> Vec<Lists> {
         let Self { gpu, renderer, profiler, prepass, techniques } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
@@ -232,7 +233,8 @@ fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
     (0..SIZE.x * SIZE.y).map(depth).collect()
 }
 
-/// Panics if a technique misses a light or lists one beyond the device's count, or if the checks do not detect shorter ranges.
+/// Panics if a technique misses a light or lists one beyond the device's count, or if the checks do not detect shorter
+/// ranges.
 pub fn check_culling(gpu: &Gpu, cases: &[Case]) {
     let mut bench = Bench::new(gpu, cases);
     bench.sees_a_tenth_of_range_missing();

@@ -17,7 +17,7 @@ use lanternfish::{
     lights::{Light, LightCount},
     prepass::Surface,
     rays::{Structure, TracePass, Tracer},
-    settings::{Materials, Samples, Settings},
+    settings::{Materials, Settings},
     view::rotations::frame_rotation,
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
@@ -139,7 +139,7 @@ impl PhotonPasses {
                     Splatting::Raster(SplatRaster::new(device, settings.materials.model == Materials::File)?)
                 }
                 Splat::Gather => Splatting::Gather {
-                    culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+                    culling: LightCulling::new(device, &settings.culling, 1)?,
                     gather: kernel("gather", &[LightCulling::feature(&settings.culling)], "gather")?,
                 },
             },
@@ -155,7 +155,7 @@ impl PhotonPasses {
 
     /// The view's deep images, if photons are traced through them.
     fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
-        let structure: &dyn Any = self.trace.structure(view)?;
+        let structure: &dyn Any = self.trace.structure(&view.structures)?;
         structure.downcast_ref()
     }
 
@@ -191,10 +191,6 @@ impl PhotonPasses {
 const SHRINKING: f32 = 0.25;
 
 impl IndirectPasses for PhotonPasses {
-    fn forget(&mut self) {
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -188,7 +188,7 @@ impl LightBuilder {
         let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &texel_buffer);
         if let Some(range_rays) = &self.range_rays {
             let tracing = shared.clone().buffer("range_distances", &distances);
-            range_rays.dispatch(frame, view_context, &tracing, workgroups(count));
+            range_rays.dispatch(frame, &view_context.structures, &tracing, workgroups(count));
         }
         let ranges =
             frame.scratch("indirect/virtual_lights/ranges", size_of::<LightRange>() as u64 * u64::from(texels))?;

@@ -27,7 +27,7 @@ use lanternfish::{
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, TracePass, Tracer},
-    settings::{Samples, Settings, Shadows},
+    settings::{Settings, Shadows},
     shaders::{Root, Shaders},
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
@@ -111,7 +111,7 @@ impl VirtualLightPasses {
             settings: technique,
             frames: settings.image.accumulate,
             builder: LightBuilder::new(device, technique, settings, &structure, exact)?,
-            culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+            culling: LightCulling::new(device, &settings.culling, 1)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
             smoothing: Smoothing::new(device, settings.history)?,
@@ -120,10 +120,6 @@ impl VirtualLightPasses {
 }
 
 impl IndirectPasses for VirtualLightPasses {
-    fn forget(&mut self) {
-        self.smoothing.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -164,7 +160,7 @@ impl IndirectPasses for VirtualLightPasses {
                 }
                 let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
                 frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
-                shadow.dispatch(frame, view, &lit.buffer("chosen_lights", &chosen), groups);
+                shadow.dispatch(frame, &view.structures, &lit.buffer("chosen_lights", &chosen), groups);
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &irradiance)?;

@@ -3,7 +3,6 @@
 use lanternfish::{
     RenderError,
     light_culling::{CullingTechnique, LightCullingPasses, TileSize},
-    settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -56,7 +55,7 @@ impl CullingTechnique for RasterGrid {
         CULLING_RASTER_GRID
     }
 
-    fn build(&self, device: &wgpu::Device, _samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+    fn build(&self, device: &wgpu::Device, _samples: u32) -> Result<Box<dyn LightCullingPasses>, RenderError> {
         Ok(Box::new(RasterGridCulling::new(device, *self)?))
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Quat, Vec4};
 use lanternfish::{RenderError, environment_light::EnvironmentSample};
-use lanternfish_gpu::storage_buffer_of;
+use lanternfish_gpu::{AcrossFrames, Frame, storage_buffer_of};
 
 use crate::deep_images::directions::Directions;
 
@@ -12,37 +12,33 @@ use crate::deep_images::directions::Directions;
 /// rotation.
 #[derive(Debug, Default)]
 pub(super) struct CellRadiances {
-    kept: Option<Kept>,
+    cells: AcrossFrames<Option<Cells>>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct Cells {
     samples: Arc<[EnvironmentSample]>,
     rotation: Quat,
     buffer: wgpu::Buffer,
 }
 
 impl CellRadiances {
-    /// Invalidates the buffer; the next frame computes it again.
-    pub fn forget(&mut self) {
-        self.kept = None;
-    }
-
     /// The radiances, bound as `cell_radiances`; computed again if the image or the rotation has changed.
     pub fn get(
         &mut self,
-        device: &wgpu::Device,
+        frame: &Frame<'_>,
         samples: &Arc<[EnvironmentSample]>,
         directions: &Directions,
     ) -> Result<&wgpu::Buffer, RenderError> {
         let rotation = directions.rotation();
-        let same = |kept: &Kept| Arc::ptr_eq(&kept.samples, samples) && kept.rotation == rotation;
-        if !self.kept.as_ref().is_some_and(same) {
-            let cells = cell_radiances(samples, directions);
-            let buffer = storage_buffer_of(device, "occlusion/cells", &cells, wgpu::BufferUsages::empty())?;
-            self.kept = Some(Kept { samples: samples.clone(), rotation, buffer });
+        let is_current = |cells: &Cells| Arc::ptr_eq(&cells.samples, samples) && cells.rotation == rotation;
+        let cells = self.cells.get(frame);
+        if !cells.as_ref().is_some_and(is_current) {
+            let radiances = cell_radiances(samples, directions);
+            let buffer = storage_buffer_of(frame.device, "occlusion/cells", &radiances, wgpu::BufferUsages::empty())?;
+            *cells = Some(Cells { samples: samples.clone(), rotation, buffer });
         }
-        Ok(&self.kept.as_ref().expect("created above if it was missing").buffer)
+        Ok(&cells.as_ref().expect("created above if it was missing").buffer)
     }
 }
 

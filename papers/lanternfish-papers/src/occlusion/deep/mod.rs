@@ -197,11 +197,6 @@ impl OcclusionPasses for DeepOcclusion {
         self.images.check_growth(growth)
     }
 
-    fn forget(&mut self) {
-        self.images.forget();
-        self.cells.forget();
-    }
-
     /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is rotated a little
     /// more, so that one direction points towards it.
     fn record(
@@ -216,7 +211,7 @@ impl OcclusionPasses for DeepOcclusion {
         };
         let images = self.images.get(frame, scene, rotation)?;
         let cells = match &scene.environment_light().samples {
-            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
+            Some(samples) => Some(self.cells.get(frame, samples, &images.directions)?),
             None => None,
         };
         let kernels = if cells.is_some() { &self.environment } else { &self.constant };

@@ -46,16 +46,16 @@ impl StructureTechnique for Nothing {
     }
 
     fn build(&self, _device: &wgpu::Device) -> Result<Box<dyn KeptStructure>, RenderError> {
-        Ok(Box::new(Kept { builds: 0 }))
+        Ok(Box::new(CountedBuilds { builds: 0 }))
     }
 }
 
 #[derive(Debug)]
-struct Kept {
+struct CountedBuilds {
     builds: u64,
 }
 
-impl KeptStructure for Kept {
+impl KeptStructure for CountedBuilds {
     fn get(&mut self, _: &mut Frame<'_>, _: &GpuScene, _: Quat) -> Result<Arc<dyn TracedStructure>, RenderError> {
         self.builds += 1;
         Ok(Arc::new(Nothing))
@@ -68,8 +68,6 @@ impl KeptStructure for Kept {
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
-
-    fn forget(&mut self) {}
 }
 
 impl TracedStructure for Nothing {

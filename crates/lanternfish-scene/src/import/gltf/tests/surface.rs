@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::File;
 use super::materials::{encode, material, with_material};
 use super::warnings::warnings;
-use crate::{AlphaMode, Material, TextureRef};
+use crate::{AlphaMode, LayerTextures, Material, TextureRef};
 
 #[test]
 fn refraction_and_specular_are_read_and_clamped() {
@@ -210,15 +210,18 @@ fn textures_of_sheen_grain_and_film_are_read_where_a_coat_leaves_a_place() {
     let read = &scene.materials[0];
     assert_eq!((read.sheen_color, read.sheen_roughness, read.anisotropy), (Vec3::new(0.5, 0.25, 1.0), 0.5, 0.5));
     assert_eq!((read.iridescence_thickness_minimum, read.iridescence_thickness), (200.0, 600.0));
-    let images =
-        read.layer_textures().map(|reference| scene.images[scene.textures[reference.unwrap().texture].image].rgba[0]);
-    assert_eq!((images, read.tangent_uv_set()), ([0, 0, 255, 0, 0], Some(1)));
+    let image = |texture: Option<TextureRef>| scene.images[scene.textures[texture.unwrap().texture].image].rgba[0];
+    let of = read.layer_textures();
+    let images = [of.sheen_color, of.sheen_roughness, of.anisotropy, of.iridescence, of.iridescence_thickness];
+    assert_eq!((images.map(image), read.tangent_uv_set()), ([0, 0, 255, 0, 0], Some(1)));
     // A coat's textures have the places of sheen's and of the film's.
     file.json["materials"][0]["extensions"]["KHR_materials_clearcoat"] =
         json!({ "clearcoatFactor": 1, "clearcoatTexture": texture(1), "clearcoatNormalTexture": texture(1) });
     assert!(warnings(&file)[0].contains("whose means are used"), "{:?}", warnings(&file));
     let read = file.scene().materials.remove(0);
-    assert_eq!(read.layer_textures().map(|reference| reference.is_some()), [false, false, true, false, false]);
+    let nothing = LayerTextures::default();
+    assert_eq!(read.layer_textures(), LayerTextures { anisotropy: read.anisotropy_texture, ..nothing });
+    assert!(read.anisotropy_texture.is_some());
     assert_eq!((read.sheen_color, read.iridescence), (Vec3::new(0.0, 0.25, 0.0), 0.0));
 }
 

@@ -8,7 +8,7 @@ use crate::indirect::radiance_cache::{
 
 /// Updates after which an unrequested entry ages to the next rank.
 const AGES: u32 = 128;
-/// Samples from which on an entry of rank 0 is updated half as often, and a quarter as often.
+/// Least samples of an entry of rank 0 that is updated half as often, and a quarter as often.
 const WELL_SAMPLED: [u32; 2] = [24, 32];
 /// Most halvings of these numbers, by rank.
 const MOST_HALVINGS: u32 = 2;
@@ -18,7 +18,8 @@ pub(in super::super) fn is_in_stride(key: u32, update: u32, stride: u32) -> bool
     (key / 256 % stride) == update % stride
 }
 
-/// True if rays of this sample index vote for this existing entry: for one of `stride` entries. `step` 1: a different subset for each sample index.
+/// True if rays of this sample index vote for this existing entry: for one of `stride` entries. `step` 1: a different
+/// subset for each sample index.
 pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride: u32, step: u32) -> bool {
     is_in_stride(key, update ^ (step * sample), stride)
 }
@@ -95,7 +96,8 @@ fn choose_one(
     is_scheduled.then(|| scheduled(table, (slot, is_hit), samples, parameters))
 }
 
-/// A further list of an update: entries of the previous list that still have too few samples, and new entries that these have hit: `choose_again`.
+/// A further list of an update: entries of the previous list that still have too few samples, and new entries that
+/// these have hit: `choose_again`.
 pub(in super::super) fn choose_again(
     table: &Table,
     before: &[ScheduledEntry],

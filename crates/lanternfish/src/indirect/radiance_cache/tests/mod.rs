@@ -290,7 +290,7 @@ fn table_of(memory: &Memory, like: &Table) -> Table {
 
 /// Data of an entry, independent of its slot.
 #[derive(Debug, PartialEq)]
-struct Kept {
+struct StoredEntry {
     hash: u32,
     rgbe: u32,
     vote: u32,
@@ -303,7 +303,7 @@ struct Kept {
 }
 
 /// The data of each key. An error if a lookup does not find a key in its slot.
-fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
+fn kept(table: &Table) -> Result<BTreeMap<u32, (StoredEntry, Vec<Vec3>)>, String> {
     let mut all = BTreeMap::new();
     for slot in table.taken() {
         let (key, hash) = (table.keys[slot], table.hashes[slot]);
@@ -317,7 +317,7 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
         // An edited shader may write any slot.
         let key_of = |slot: u32| table.keys.get(slot as usize).copied().unwrap_or(0);
         let hits = table.hits[slot][..listed].iter().map(|hit| [key_of(hit.slot), hit.reflectance]);
-        let kept = Kept {
+        let kept = StoredEntry {
             hash,
             rgbe: table.rgbe[slot],
             vote: table.votes[slot],

@@ -3,7 +3,8 @@
 //! 1. Place: one probe in each tile of pixels (`place.wesl`).
 //! 2. Rays from each probe, lit by the radiance cache (`..`), are summed as spherical harmonics (`sums.wesl`).
 //! 3. Filter: over the probes around, along surfaces (`filter.wesl`).
-//! 4. Glossy rays of smooth surfaces, and rays to emissive triangles, start from every second pixel of every second row (`..`).
+//! 4. Glossy rays of smooth surfaces, and rays to emissive triangles, start from every second pixel of every second row
+//!    (`..`).
 //! 5. Interpolate: each pixel reads the four probes around it (`interpolate.wesl`).
 //!
 //! In a mean of frames, all but the first have rays from every pixel: the mean converges to their light.
@@ -70,7 +71,7 @@ gpu_struct! {
 
 /// Size of `ProbeSums`, bytes.
 const SUMS_BYTES: u64 = 144;
-/// Perceptual roughness from which on the glossy lobe reads the probes.
+/// Least perceptual roughness at which the glossy lobe reads the probes.
 const LEAST_ROUGHNESS: f32 = 0.5;
 
 /// The passes.
@@ -216,11 +217,6 @@ impl ProbeLight {
 }
 
 impl IndirectPasses for ProbeLight {
-    fn forget(&mut self) {
-        self.light.forget();
-        self.guide.forget();
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -112,7 +112,7 @@ impl PhotonPasses {
             .buffer("photon_hits", &photons.capacity.hits);
         let splitting = tracing.clone().buffer("photon_directions", photons.directions);
         frame.dispatch(&self.split, &splitting, workgroups(parameters.slot_count));
-        self.trace.dispatch(frame, photons.lit, &tracing, workgroups(parameters.slot_count));
+        self.trace.dispatch(frame, &photons.lit.structures, &tracing, workgroups(parameters.slot_count));
     }
 
     /// Adds their light to the pixels.
@@ -146,7 +146,7 @@ impl PhotonPasses {
         if let Some(land) = &self.land {
             let landing = photons.scene.clone().part("photons", uniform).buffer("landed_photons", lights);
             let landing = landing.buffer("light_count", &self.count);
-            land.dispatch(frame, photons.lit, &landing, workgroups(slots));
+            land.dispatch(frame, &photons.lit.structures, &landing, workgroups(slots));
         }
         let set = LightSet {
             lights: lights.clone(),

@@ -9,24 +9,24 @@ use super::PipelineKey;
 
 /// Reference count, shared by all clones of a pipeline.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Clones(Arc<()>);
+pub(crate) struct CloneCount(Arc<()>);
 
-/// A pipeline whose clones are handed out and counted.
-pub(crate) trait Handed: Clone {
+/// A pipeline whose clones are counted.
+pub(crate) trait Pipeline: Clone {
     /// The count of its clones.
-    fn clones(&self) -> &Clones;
+    fn clones(&self) -> &CloneCount;
 }
 
 /// Pipelines of one kind by key, with the time of their last use.
 #[derive(Debug)]
-pub(super) struct Kept<P> {
+pub(super) struct PipelineCache<P> {
     pipelines: HashMap<PipelineKey, (P, u64)>,
     /// Maximum number of unused pipelines.
     spare: usize,
     now: u64,
 }
 
-impl<P: Handed> Kept<P> {
+impl<P: Pipeline> PipelineCache<P> {
     pub fn new(spare: usize) -> Self {
         Self { pipelines: HashMap::new(), spare, now: 0 }
     }

@@ -3,46 +3,48 @@
 use std::hash::{BuildHasher, Hasher};
 
 use foldhash::fast::FixedState;
-use glam::Vec4;
-use lanternfish_scene::{AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture};
+use glam::Vec3;
+use lanternfish_scene::{
+    AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture, TextureRef,
+};
 use rayon::prelude::*;
 
 use crate::error::RenderError;
 
-/// Number of texels of an image that are hashed to identify it, in addition to its size; all texels of a smaller image are hashed.
+/// Number of texels of an image that are hashed to identify it, in addition to its size; all texels of a smaller image
+/// are hashed.
 const TEXELS: usize = 1024;
 
 /// All data of a scene that an update in place does not write; large lists by a hash.
 #[derive(Debug, PartialEq)]
-pub struct Outline {
-    meshes: Vec<MeshOutline>,
+pub struct UploadSignature {
+    meshes: Vec<MeshSignature>,
     /// Mesh of each instance.
     instances: Vec<usize>,
-    /// Materials after [`fixed`].
-    materials: Vec<Material>,
+    materials: Vec<MaterialShape>,
     textures: Vec<Texture>,
     samplers: Vec<Sampler>,
     images: Vec<u64>,
     environment: Option<u64>,
 }
 
-/// The outlines of a mesh's primitives.
-type MeshOutline = Vec<PrimitiveOutline>;
+/// The signatures of a mesh's primitives.
+type MeshSignature = Vec<PrimitiveSignature>;
 
 #[derive(Debug, PartialEq)]
-struct PrimitiveOutline {
+struct PrimitiveSignature {
     /// See [`counts`].
     counts: [usize; 3],
     /// A hash of indices and of the vertex data that an update does not write.
     content: u64,
 }
 
-impl Outline {
+impl UploadSignature {
     pub fn of(scene: &Scene) -> Self {
         Self {
             meshes: scene.meshes.iter().map(mesh).collect(),
             instances: scene.instances.iter().map(|instance| instance.mesh).collect(),
-            materials: scene.materials.iter().map(fixed).collect(),
+            materials: scene.materials.iter().map(MaterialShape::of).collect(),
             textures: scene.textures.clone(),
             samplers: scene.samplers.clone(),
             images: scene.images.iter().map(image).collect(),
@@ -55,8 +57,8 @@ impl Outline {
         self.instances.iter().copied()
     }
 
-    /// An error if `scene` differs from the upload in the number of meshes, of their primitives, vertices or indices, or of instances, or
-    /// in the meshes of instances: the checks that do not read vertices.
+    /// An error if `scene` differs from the upload in the number of meshes, of their primitives, vertices or indices,
+    /// or of instances, or in the meshes of instances: the checks that do not read vertices.
     pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
         let changed = |what: String| Err(RenderError::NeedsUpdate { what });
         for (what, was, is) in [
@@ -67,7 +69,7 @@ impl Outline {
                 return changed(format!("{was} {what} were uploaded, and there are {is}"));
             }
         }
-        let same = |(was, is): (&MeshOutline, &Mesh)| {
+        let same = |(was, is): (&MeshSignature, &Mesh)| {
             was.iter().map(|primitive| primitive.counts).eq(is.primitives.iter().map(counts))
         };
         if let Some(i) = self.meshes.iter().zip(&scene.meshes).position(|pair| !same(pair)) {
@@ -85,8 +87,8 @@ impl Outline {
     }
 
     /// True if a material differs from the one of this index only in factors; none: there is no such material.
-    pub fn has_kind_of(&self, index: usize, material: &Material) -> Option<bool> {
-        self.materials.get(index).map(|uploaded| *uploaded == fixed(material))
+    pub fn has_shape_of(&self, index: usize, material: &Material) -> Option<bool> {
+        self.materials.get(index).map(|uploaded| *uploaded == MaterialShape::of(material))
     }
 
     /// True if image `index` is the same in `now`.
@@ -115,7 +117,7 @@ fn counts(primitive: &Primitive) -> [usize; 3] {
     [primitive.material, primitive.positions.len(), primitive.indices.len()]
 }
 
-fn mesh(mesh: &Mesh) -> MeshOutline {
+fn mesh(mesh: &Mesh) -> MeshSignature {
     let primitive = |primitive: &Primitive| {
         let Primitive { material: _, positions: _, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
             primitive;
@@ -126,7 +128,7 @@ fn mesh(mesh: &Mesh) -> MeshOutline {
             bytemuck::cast_slice(indices),
         ];
         let content = hash(lists) ^ tangents.len() as u64;
-        PrimitiveOutline { counts: counts(primitive), content }
+        PrimitiveSignature { counts: counts(primitive), content }
     };
     mesh.primitives.par_iter().map(primitive).collect()
 }
@@ -144,38 +146,33 @@ pub fn vertices(scene: &Scene) -> Vec<u64> {
     scene.meshes.iter().map(mesh).collect()
 }
 
-/// A material without the data that an update writes, its factors. The alpha factor of a mask is part of the traced masks, and stays. Of the
-/// roughness it stays whether light passes straight.
-fn fixed(material: &Material) -> Material {
-    let usual = Material::default();
-    let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
-    Material {
-        name: String::new(),
-        base_color: if is_mask { Vec4::W * material.base_color.w } else { Vec4::ZERO },
-        metallic: usual.metallic,
-        perceptual_roughness: if material.is_thin_dielectric() { 0.0 } else { usual.perceptual_roughness },
-        normal_scale: usual.normal_scale,
-        occlusion_strength: usual.occlusion_strength,
-        emissive: usual.emissive,
-        ior: usual.ior,
-        specular: usual.specular,
-        specular_color: usual.specular_color,
-        diffuse_transmission: usual.diffuse_transmission,
-        diffuse_transmission_color: usual.diffuse_transmission_color,
-        clearcoat: usual.clearcoat,
-        clearcoat_roughness: usual.clearcoat_roughness,
-        clearcoat_normal_scale: usual.clearcoat_normal_scale,
-        sheen_color: usual.sheen_color,
-        sheen_roughness: usual.sheen_roughness,
-        anisotropy: usual.anisotropy,
-        anisotropy_rotation: usual.anisotropy_rotation,
-        iridescence: usual.iridescence,
-        iridescence_ior: usual.iridescence_ior,
-        iridescence_thickness: usual.iridescence_thickness,
-        iridescence_thickness_minimum: usual.iridescence_thickness_minimum,
-        dispersion: usual.dispersion,
-        unlit: usual.unlit,
-        ..material.clone()
+/// What an update does not write of a material. It writes all else: the factors.
+#[derive(Debug, PartialEq)]
+struct MaterialShape {
+    textures: [Option<TextureRef>; Material::TEXTURES],
+    alpha_mode: AlphaMode,
+    /// The alpha factor of a mask, which is part of the traced masks.
+    mask_alpha: Option<f32>,
+    double_sided: bool,
+    /// Other passes draw what transmits light.
+    transmission: f32,
+    is_thin_dielectric: bool,
+    /// Thickness of the volume, m; its colour over a distance, m.
+    volume: (f32, Vec3, f32),
+}
+
+impl MaterialShape {
+    fn of(material: &Material) -> Self {
+        let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+        Self {
+            textures: material.textures(),
+            alpha_mode: material.alpha_mode,
+            mask_alpha: is_mask.then_some(material.base_color.w),
+            double_sided: material.double_sided,
+            transmission: material.transmission,
+            is_thin_dielectric: material.is_thin_dielectric(),
+            volume: (material.thickness, material.attenuation_color, material.attenuation_distance),
+        }
     }
 }
 
