@@ -50,6 +50,25 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
     assert_eq!(sampled.rays, LightRays::Two);
 }
 
+/// Written shots state them.
+#[test]
+fn defaults_in_help_are_those_of_every_preset() {
+    lanternfish_papers::register();
+    let mut stated = GivenSettings::default();
+    for entry in Settings::parameters().into_iter().filter(|entry| entry.info.shows_default) {
+        stated.give(entry.info.name, entry.value);
+    }
+    for preset in Preset::ALL {
+        for technique in [Indirect::NONE].into_iter().chain(Indirect::all()) {
+            let words = format!("--quality {preset} --indirect {}", technique.name());
+            let mut args = parsed(&words);
+            let settings = args.settings();
+            args.give(&args.given().above(stated.clone()));
+            assert_eq!(args.settings(), settings, "{words}");
+        }
+    }
+}
+
 #[test]
 fn every_flag_reaches_its_setting() {
     let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling naive --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \

@@ -145,10 +145,10 @@ impl Technique for VirtualLights {
             "vpl-count",
             "N",
             Range::Count(0, 4_194_304),
-            "Number of virtual lights, of equal flux, selected from the light map; 0: all. More: less coarse, slower",
+            "Number of virtual lights, of equal flux, selected from the light map; 0: all. More: less coarse, slower. \
+             Default: 4096; with `quality best` 16384",
             |room: &mut Self| &mut room.count,
-        )
-        .with_default(),
+        ),
         Parameter::new(
             "vpl-stride",
             "N",
@@ -269,10 +269,9 @@ impl Technique for VirtualLights {
             "vpl-shadow-rays",
             "N",
             Range::Count(1, 256),
-            "Shadow rays per pixel to virtual lights. More: less noise, slower",
+            "Shadow rays per pixel to virtual lights. More: less noise, slower. Default: 4; with `quality best` 12",
             |room: &mut Self| &mut room.shadow_rays,
-        )
-        .with_default(),
+        ),
         Parameter { info: RESOLUTION, of: |s| &mut s.resolution },
         Parameter { info: FILTER, of: |s| &mut s.filter_radius },
         Parameter { info: CLAMP, of: |s| &mut s.clamp },
