@@ -7,7 +7,7 @@
 use lanternfish::{
     settings::{Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
     technique::AnyTechnique,
-    techniques::{LightRays, Sampled},
+    techniques::{LightSamples, Sampled},
 };
 use lanternfish_papers::Deep;
 use lanternfish_scene::Named;
@@ -114,7 +114,7 @@ impl Rows<'_> {
         for name in Culling::all().iter().map(Culling::name) {
             self.direct(&format!("culling {name}"), &format!("culling {name}"));
         }
-        let rays = LightRays::ALL.iter().map(|rays| format!("sampled, light-samples {rays}"));
+        let rays = LightSamples::ALL.iter().map(|rays| format!("sampled, light-samples {rays}"));
         for name in Direct::all().iter().map(|direct| direct.name().to_owned()).chain(rays) {
             self.direct(&format!("direct {name}"), &format!("direct {name}"));
         }

@@ -35,13 +35,13 @@ pub(crate) const EMISSION: Feature = Feature::new("emission");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<LightSamples>()]);
+    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<DirectSampling>()]);
 
 gpu_struct! {
     /// Parameters of sampled direct light.
-    pub struct LightSamples {
+    pub struct DirectSampling {
         /// Shadow rays a pixel at most.
-        rays: u32,
+        light_samples: u32,
         /// Candidates a pixel at most.
         candidates: u32,
         /// Index of the frame in the sequences of a pixel's random numbers.
@@ -56,7 +56,7 @@ gpu_struct! {
 named_enum! {
     /// Shadow rays a pixel.
     #[derive(Default)]
-    LightRays {
+    LightSamples {
         /// One.
         One = "1": "Fastest, most noise",
         /// Two.
@@ -69,7 +69,7 @@ named_enum! {
     }
 }
 
-impl LightRays {
+impl LightSamples {
     /// The number of rays.
     pub const fn count(self) -> u32 {
         match self {
@@ -109,7 +109,7 @@ named_enum! {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampledLights {
     /// Shadow rays a pixel at most. More: less noise, slower.
-    pub rays: LightRays,
+    pub light_samples: LightSamples,
     /// Choice of the lights.
     pub choice: LightChoice,
     /// The filter.
@@ -126,8 +126,8 @@ const CANDIDATES_A_RAY: u32 = 4;
 /// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
 const CANDIDATES: [u32; 2] = [8, 32];
 
-/// The parameter for [`LightRays`].
-pub(super) const RAYS: ParameterInfo = ParameterInfo::new(
+/// The parameter for [`LightSamples`].
+pub(super) const LIGHT_SAMPLES: ParameterInfo = ParameterInfo::new(
     "light-samples",
     "N",
     Range::Numbers,
@@ -144,7 +144,7 @@ impl Technique for SampledLights {
     const NAME: &'static str = "sampled";
     const SUMMARY: &'static str = "A fixed number of shadow rays a pixel, to lights drawn from a tree";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: RAYS, of: |sampled| &mut sampled.rays },
+        Parameter { info: LIGHT_SAMPLES, of: |sampled| &mut sampled.light_samples },
         Parameter { info: CHOICE, of: |sampled| &mut sampled.choice },
         Parameter { info: DENOISE, of: |sampled| &mut sampled.denoise },
     ];
@@ -230,12 +230,12 @@ impl SampledPasses {
         Self { least_in_reach: Some(lights), ..self }
     }
 
-    fn samples(&self, view: &ViewContext<'_>) -> LightSamples {
-        let rays = self.technique.rays.count();
+    fn samples(&self, view: &ViewContext<'_>) -> DirectSampling {
+        let light_samples = self.technique.light_samples.count();
         let [least, most] = CANDIDATES;
-        LightSamples {
-            rays,
-            candidates: (CANDIDATES_A_RAY * rays).clamp(least, most),
+        DirectSampling {
+            light_samples,
+            candidates: (CANDIDATES_A_RAY * light_samples).clamp(least, most),
             frame: view.view.random_index,
             has_filter: u32::from(self.technique.denoise == Denoise::On),
             is_uniform: u32::from(self.technique.choice == LightChoice::Uniform),
@@ -274,7 +274,7 @@ impl DirectPasses for SampledPasses {
         let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
         let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/candidates"])?;
         let bindings =
-            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("light_samples", &samples);
+            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
         let bindings = bindings
             .texture("certain_light", &certain)
             .texture("filtered", &found)

@@ -37,7 +37,7 @@ fn every_value_of_every_setting_has_a_row() {
 
     let direct = |settings: &Settings| settings.direct.name();
     assert_every(&Direct::all().iter().map(Direct::name).collect::<Vec<_>>(), direct);
-    for rays in LightRays::ALL {
+    for rays in LightSamples::ALL {
         assert_every(&[Some(*rays)], |settings| settings.direct.get::<SampledLights>().map(|lights| lights.rays));
     }
 
