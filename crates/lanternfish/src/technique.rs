@@ -9,6 +9,7 @@
 //! that flags, shots and panels accept and list.
 
 pub(crate) mod data;
+mod declared;
 
 use std::{
     any::Any,

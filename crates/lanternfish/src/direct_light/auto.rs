@@ -5,7 +5,7 @@ use lanternfish_scene::Bounds;
 
 use super::{
     DirectPasses, DirectTechnique,
-    sampled::{CHOICE, DENOISE, LIGHT_SAMPLES, LightSamples, SampledLights, SampledPasses},
+    sampled::{LightSamples, SampledLights, SampledPasses},
 };
 use crate::{
     error::RenderError,
@@ -35,9 +35,9 @@ impl Technique for AutoLights {
     const NAME: &'static str = "auto";
     const SUMMARY: &'static str = "sampled where many lights reach a point, otherwise all";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: LIGHT_SAMPLES, of: |auto| &mut auto.0.light_samples },
-        Parameter { info: CHOICE, of: |auto| &mut auto.0.choice },
-        Parameter { info: DENOISE, of: |auto| &mut auto.0.denoise },
+        Parameter { info: SampledLights::ROWS[0].info, of: |auto| &mut auto.0.light_samples },
+        Parameter { info: SampledLights::ROWS[1].info, of: |auto| &mut auto.0.choice },
+        Parameter { info: SampledLights::ROWS[2].info, of: |auto| &mut auto.0.denoise },
     ];
     const SHADERS: Shaders = Shaders::new(&[], &[]);
 }

@@ -21,11 +21,12 @@ use crate::{
     },
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
+    parameters,
     prepass::Surface,
     rays::{self, SceneKernel, Tracer},
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    technique::{Parameter, ParameterInfo, Range, Technique},
+    technique::{Parameter, Range, Technique},
 };
 
 /// Tiles of pixels walk the upper part of the light trees together.
@@ -105,15 +106,17 @@ named_enum! {
     }
 }
 
-/// Direct light from a fixed number of shadow rays a pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SampledLights {
-    /// Shadow rays a pixel at most. More: less noise, slower.
-    pub light_samples: LightSamples,
-    /// Choice of the lights.
-    pub choice: LightChoice,
-    /// The filter.
-    pub denoise: Denoise,
+parameters! {
+    /// Direct light from a fixed number of shadow rays a pixel.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct SampledLights {
+        /// Shadow rays a pixel, for any number of lights. More: less noise, slower.
+        light_samples: LightSamples = LightSamples::default(), "light-samples" "N" Range::Numbers;
+        /// Choice of the lights that get a ray.
+        choice: LightChoice = LightChoice::default(), "light-choice" "NAME" Range::Names;
+        /// Filter of noisy direct light.
+        denoise: Denoise = Denoise::default(), "denoise" "ON|OFF" Range::Names;
+    }
 }
 
 /// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer, or light would flicker.
@@ -126,28 +129,10 @@ const CANDIDATES_A_RAY: u32 = 4;
 /// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
 const CANDIDATES: [u32; 2] = [8, 32];
 
-/// The parameter for [`LightSamples`].
-pub(super) const LIGHT_SAMPLES: ParameterInfo = ParameterInfo::new(
-    "light-samples",
-    "N",
-    Range::Numbers,
-    "Shadow rays a pixel, for any number of lights. More: less noise, slower",
-);
-/// The parameter for [`LightChoice`].
-pub(super) const CHOICE: ParameterInfo =
-    ParameterInfo::new("light-choice", "NAME", Range::Names, "Choice of the lights that get a ray");
-/// The parameter for [`Denoise`].
-pub(super) const DENOISE: ParameterInfo =
-    ParameterInfo::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light");
-
 impl Technique for SampledLights {
     const NAME: &'static str = "sampled";
     const SUMMARY: &'static str = "A fixed number of shadow rays a pixel, to lights drawn from a tree";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: LIGHT_SAMPLES, of: |sampled| &mut sampled.light_samples },
-        Parameter { info: CHOICE, of: |sampled| &mut sampled.choice },
-        Parameter { info: DENOISE, of: |sampled| &mut sampled.denoise },
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 
