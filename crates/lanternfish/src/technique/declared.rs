@@ -24,11 +24,13 @@ macro_rules! parameters {
 
         impl Default for $Technique {
             fn default() -> Self {
-                Self { $($field: $default,)+ $($($own: $own_default,)+)? }
+                Self::DEFAULT
             }
         }
 
         impl $Technique {
+            /// The default.
+            pub(crate) const DEFAULT: Self = Self { $($field: $default,)+ $($($own: $own_default,)+)? };
             /// The parameters.
             pub(crate) const ROWS: &'static [$crate::technique::Parameter<Self>] = &[$(
                 $crate::parameters!(@row $field [$($help)*] $($flag $value $range $(, $mark)*)? $(=> $info)?),

@@ -111,11 +111,11 @@ parameters! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct SampledLights {
         /// Shadow rays a pixel, for any number of lights. More: less noise, slower.
-        light_samples: LightSamples = LightSamples::default(), "light-samples" "N" Range::Numbers;
+        light_samples: LightSamples = LightSamples::Four, "light-samples" "N" Range::Numbers;
         /// Choice of the lights that get a ray.
-        choice: LightChoice = LightChoice::default(), "light-choice" "NAME" Range::Names;
+        choice: LightChoice = LightChoice::Tree, "light-choice" "NAME" Range::Names;
         /// Filter of noisy direct light.
-        denoise: Denoise = Denoise::default(), "denoise" "ON|OFF" Range::Names;
+        denoise: Denoise = Denoise::On, "denoise" "ON|OFF" Range::Names;
     }
 }
 

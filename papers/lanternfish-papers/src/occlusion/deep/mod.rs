@@ -72,7 +72,7 @@ parameters! {
             "Near triangles are tested",
         ), with_default;
         /// Deep images for ambient visibility.
-        images: PaperImages = PaperImages::default(), "occlusion-images" "NAME" Range::Names, with_default;
+        images: PaperImages = PaperImages::Shared, "occlusion-images" "NAME" Range::Names, with_default;
     }
 }
 
