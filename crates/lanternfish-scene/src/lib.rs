@@ -56,7 +56,9 @@ pub use lanternfish_limits::{memory, printable, printable_name};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
-pub use named_enum::{AnySetting, Named, Setting, Value, nearest};
+#[doc(hidden)]
+pub use named_enum::{AnySetting, Value};
+pub use named_enum::{Named, Setting, nearest};
 pub use scene::{Instance, Scene};
 pub use shading::{Attenuation, Coefficients, Materials};
 pub use stereo::{Eye, Eyes, StereoRig};

@@ -24,6 +24,7 @@ pub use crate::{
 };
 pub use background::Background;
 pub use exposure::Exposure;
+#[doc(hidden)]
 pub use given::GivenSettings;
 pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
 pub use named::AnyParameter;

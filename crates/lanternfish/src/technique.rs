@@ -168,6 +168,7 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// The parameters and their values.
     fn parameters(&self) -> Vec<(ParameterInfo, Value)>;
     /// Sets a parameter to a value that was read for this name. Does nothing if the technique has no such parameter.
+    #[doc(hidden)]
     fn take(&mut self, parameter: &str, value: &Value);
     /// The value of a parameter; none if the technique has no such parameter.
     #[doc(hidden)]

@@ -18,11 +18,13 @@ pub struct AnyParameter {
 
 impl AnyParameter {
     /// The names of its values, with help, if it has names.
+    #[doc(hidden)]
     pub fn names(&self) -> Vec<(&'static str, &'static str)> {
         self.value.names()
     }
 
     /// A value from text; the error says what was expected.
+    #[doc(hidden)]
     pub fn read(&self, text: &str) -> Result<Value, String> {
         self.info.read(&self.value, text)
     }
@@ -64,7 +66,9 @@ impl<K: Kind + ?Sized> AnyChoice for Choice<K> {
 
     fn value(&self, name: &str) -> Option<Option<Value>> {
         if name == K::FLAG {
-            return Some(Some(Value::of(self)));
+            // With default parameters, which have values of their own.
+            let named = Self::named(self.name());
+            return Some(Some(Value::of(named.as_ref().unwrap_or(self))));
         }
         let own = || self.technique().and_then(|technique| technique.value(name));
         Self::all().iter().any(|other| has(other, name)).then(own)
