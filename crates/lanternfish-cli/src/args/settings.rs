@@ -148,3 +148,25 @@ fn every_setting_is_in_one_table() {
     all.dedup();
     assert_eq!(named, all, "names are unique");
 }
+
+/// A flag's value serves every technique that has its parameter.
+#[cfg(test)]
+#[test]
+fn techniques_agree_on_shared_parameters() {
+    use lanternfish::{
+        settings::{Culling, Direct, Indirect, Occlusion},
+        technique::{AnyTechnique, Choice, ParameterInfo},
+    };
+    fn of<K: AnyTechnique + ?Sized>(all: &[Choice<K>]) -> Vec<ParameterInfo> {
+        let parameters = all.iter().filter_map(Choice::technique).flat_map(AnyTechnique::parameters);
+        parameters.map(|(info, _)| info).collect()
+    }
+    lanternfish_papers::register();
+    for kind in [of(&Direct::all()), of(&Culling::all()), of(&Indirect::all()), of(&Occlusion::all())] {
+        for (i, info) in kind.iter().enumerate() {
+            for other in kind[i..].iter().filter(|other| other.name == info.name) {
+                assert_eq!(format!("{:?}", other.range), format!("{:?}", info.range), "{}", info.name);
+            }
+        }
+    }
+}
