@@ -83,7 +83,8 @@ fn answers(gpu: &Gpu, kernel: &ComputeKernel, queries: &[(&Case, f32)]) -> Vec<V
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let bindings = Bindings::new().buffer("queries", &words).buffer("answers", &answers);
-    let bindings = bindings.part("direct_sampling", &frame.uniform(&sampling));
+    let sampling = frame.uniform(&sampling);
+    let bindings = bindings.part("direct_sampling", &sampling);
     frame.dispatch(kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
     frame.submit();
     let answers: Vec<f32> = read_back(&gpu.device, &gpu.queue, &answers, 4 * ANSWER * queries.len()).unwrap();
