@@ -2,7 +2,7 @@
 
 mod light;
 pub(crate) mod part;
-mod settings;
+pub(crate) mod settings;
 mod shared;
 #[cfg(test)]
 mod tests;
@@ -15,7 +15,7 @@ use clap::{ArgAction, ArgMatches, Args, Command, FromArgMatches, builder::TypedV
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     direct_light::auto::AutoLights,
-    settings::{Direct, Preset, Settings},
+    settings::{Direct, GivenSettings, Preset, Settings},
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_papers::{DeepImageSettings, Paper};
@@ -24,7 +24,7 @@ use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 pub use self::{
     light::{EnvironmentSun, Ground, LightArgs},
     part::PartArgs,
-    settings::{IndirectArgs, LookArgs, TechniqueArgs},
+    settings::{IndirectArgs, LightFlags, LookArgs, TechniqueArgs},
     shared::{Selection, SharedFlags},
     track::TrackArgs,
 };
@@ -350,46 +350,43 @@ impl RenderArgs {
         self.output.outputs.as_ref().map_or(&[], |quantities| &quantities.0)
     }
 
-    /// Name and value of every setting.
-    fn values(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        let lights = self.lights.settings.values().chain(self.look.values());
-        lights.chain(self.technique.values()).chain(self.indirect.values())
+    /// The settings that are given.
+    pub fn given(&self) -> GivenSettings {
+        let of_light = self.lights.settings.0.clone().above(self.look.0.clone());
+        self.indirect.0.clone().above(self.technique.0.clone().above(of_light))
     }
 
-    /// Gives settings other values, which have been checked. The last of a name counts.
-    pub(crate) fn give(&mut self, values: &[(&str, String)]) {
-        self.lights.settings.give(values);
-        self.look.give(values);
-        self.technique.give(values);
-        self.indirect.give(values);
+    /// Gives these settings, and no others.
+    pub(crate) fn give(&mut self, given: &GivenSettings) {
+        (self.lights.settings, self.look) = (LightFlags::of(given), LookArgs::of(given));
+        (self.technique, self.indirect) = (TechniqueArgs::of(given), IndirectArgs::of(given));
     }
 
     /// The library's settings that these flags choose.
     pub fn settings(&self) -> Settings {
-        let mut given = Settings::default();
-        self.technique.set(&mut given);
-        self.settings_of(given.image.accumulate)
+        self.settings_of(self.given().frames())
     }
 
     /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`. A technique that is given has the
     /// effort of the preset.
     pub fn settings_of(&self, frames: u32) -> Settings {
-        const PARSED: &str = "the flag's parser has let it through";
-        let (choices, values): (Vec<_>, Vec<_>) = self.values().partition(|(name, _)| Settings::is_choice(name));
-        let mut settings = Settings::of_choices(self.quality, choices, frames).expect(PARSED);
+        self.settings_with(&self.given(), frames)
+    }
+
+    /// The same with these settings instead of the given ones.
+    pub(crate) fn settings_with(&self, given: &GivenSettings, frames: u32) -> Settings {
+        let mut settings = given.techniques_over(self.quality, frames);
         if settings.indirect.is_some() {
             settings.structure = DeepImageSettings::of_quality(self.quality.quality()).chosen();
         }
-        values.into_iter().for_each(|(name, text)| settings.set(name, text).expect(PARSED));
+        given.set(&mut settings);
         settings.with_accumulate(frames)
     }
 
     /// The technique that follows the number of lights, with the parameters of these flags.
     pub fn automatic_direct(&self) -> Direct {
         let mut settings = Settings::default().with_direct(AutoLights::default());
-        for (name, text) in self.values().filter(|(name, _)| *name != Direct::FLAG) {
-            settings.set(name, text).expect("the flag's parser has let it through");
-        }
+        self.given().set(&mut settings);
         settings.direct
     }
 }

@@ -60,7 +60,7 @@ pub fn run(args: &FarmArgs) -> Result<(), CliError> {
     }
     let said = match (&args.rendering, shot::is_shot(scene)) {
         (Some(rendering), _) => Some(rendering.clone()),
-        (None, true) => shot::read(scene.path(), Vec::new())?.args.output.output,
+        (None, true) => shot::read(scene.path())?.args.output.output,
         (None, false) => None,
     };
     let rendering = Output::named(said.as_deref(), scene)?.path;

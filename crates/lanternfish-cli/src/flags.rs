@@ -31,6 +31,7 @@ mod tests {
     use std::{fs, path::Path};
 
     use clap::CommandFactory as _;
+    use lanternfish::settings::{AnyParameter, Settings};
 
     use super::*;
     use crate::cli::Cli;
@@ -101,6 +102,12 @@ mod tests {
                     assert!(flags.contains(&name), "{path}: {name} is no flag, in {literal:?}");
                     named += 1;
                 }
+            }
+        }
+        for AnyParameter { info, .. } in Settings::parameters() {
+            for quoted in info.help.split('`').skip(1).step_by(2).filter(|quoted| is_setting(quoted)) {
+                assert!(flags.contains(&quoted.split(' ').next().unwrap()), "{}: {quoted} is no flag", info.name);
+                named += 1;
             }
         }
         assert!(named > 30, "{named} settings are named");

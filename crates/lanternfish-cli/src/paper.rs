@@ -1,8 +1,8 @@
 //! `--as PAPER`: the flags that it stands for, and a table of them.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 
-use lanternfish::settings::Settings;
+use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_papers::Paper;
 use lanternfish_scene::Named as _;
 
@@ -14,12 +14,10 @@ use crate::{
 /// The id of the flag.
 pub(crate) const ID: &str = "paper";
 
-/// Flags with those that a paper stands for before all others, which override them.
-pub(crate) fn expanded(flags: Vec<(String, OsString)>) -> Vec<(String, OsString)> {
-    let named = flags.iter().rev().find(|(id, _)| id == ID).map(|(_, name)| name.clone());
-    let paper = named.and_then(|name| Paper::all().into_iter().find(|paper| *paper.name() == *name));
-    let rows = paper.map(Paper::rows).unwrap_or_default().into_iter();
-    rows.map(|row| (row.name.to_owned(), row.value.into())).chain(flags).collect()
+/// The settings that the paper of this name stands for.
+pub(crate) fn given(name: Option<&OsStr>) -> GivenSettings {
+    let paper = Paper::all().into_iter().find(|paper| name.is_some_and(|name| *paper.name() == *name));
+    paper.map(Paper::given).unwrap_or_default()
 }
 
 /// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are arrays.

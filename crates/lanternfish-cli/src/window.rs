@@ -110,7 +110,7 @@ fn check_folder(folder: &Path) -> Result<(), CliError> {
 /// Writes the recording when the window closes. The path was checked before.
 fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
     check_writable(path)?;
-    let (path, scene, flags) = (path.to_owned(), shot.args.scene.clone(), shot.said()?);
+    let (path, scene, flags) = (path.to_owned(), shot.args.scene.clone(), shot.flags_of_recording()?);
     Ok(Box::new(move |recording| {
         let recorded = Recorded { scene: scene.clone(), flags: flags.clone(), recording: recording.clone() };
         recorded.write(&path).map_err(|error| error.to_string())
@@ -135,7 +135,7 @@ fn loaded(shot: Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
 fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
-    let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
+    let shot = if is_shot { shot::read(path)? } else { shot::plain(&name) };
     let Loaded { scene, camera, exposure, moment, rain, opened } = loaded(shot, &mut Progress::hidden())?;
     let shot = &opened.shot;
     let (settings, eyes) = (is_shot.then(|| in_window(shot, exposure)), shot.args.stereo.stereo);

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use lanternfish::{Settings, settings::Preset};
+use lanternfish::{
+    Settings,
+    settings::{GivenSettings, Preset},
+};
 use lanternfish_scene::{Camera, Scene, Setting as _, nearest, rig};
 use pyo3::{
     exceptions::PyValueError,
@@ -16,28 +19,22 @@ use crate::log;
 pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<Settings> {
     let mut preset = Preset::default();
     preset.read(quality).map_err(|what| PyValueError::new_err(format!("quality: {what}")))?;
-    let known = Settings::parameters();
-    let names: Vec<_> = known.iter().map(|parameter| parameter.info.name).collect();
+    let (known, mut given) = (Settings::parameters(), GivenSettings::default());
+    let python = |name: &str| name.replace('-', "_");
     for (name, text) in values {
-        let python = |name: &str| name.replace('-', "_");
-        if !names.contains(&name.as_str()) {
-            let near = python(nearest(name, &names));
-            return Err(PyValueError::new_err(format!(
-                "there is no setting {:?}; did you mean {near:?}?",
-                python(name)
-            )));
-        }
-        Settings::check(name, text).map_err(|what| PyValueError::new_err(format!("{}: {what}", python(name))))?;
+        let parameter = known.iter().find(|parameter| parameter.info.name == *name).ok_or_else(|| {
+            let names: Vec<_> = known.iter().map(|parameter| parameter.info.name).collect();
+            let (name, near) = (python(name), python(nearest(name, &names)));
+            PyValueError::new_err(format!("there is no setting {name:?}; did you mean {near:?}?"))
+        })?;
+        let value = parameter.read(text).map_err(|what| PyValueError::new_err(format!("{}: {what}", python(name))))?;
+        given.give(parameter.info.name, value);
     }
-    let invalid = |what: String| PyValueError::new_err(what);
-    let texts = || values.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-    let frames = texts().find(|(name, _)| *name == "accumulate").and_then(|(_, text)| text.parse().ok()).unwrap_or(1);
-    let choices = texts().filter(|(name, _)| Settings::is_choice(name));
-    let mut settings = Settings::of_choices(preset, choices, frames).map_err(invalid)?;
-    for (name, text) in texts().filter(|(name, _)| !Settings::is_choice(name)) {
-        settings.set(name, text).map_err(invalid)?;
-        if settings.get(name).is_none() && !["none", "auto"].contains(&text) {
-            return Err(invalid(format!("{}: belongs to a technique that is not chosen", name.replace('-', "_"))));
+    let settings = given.over(preset);
+    for (name, text) in given.texts() {
+        if settings.get(name).is_none() && !["none", "auto"].contains(&text.as_str()) {
+            let what = format!("{}: belongs to a technique that is not chosen", python(name));
+            return Err(PyValueError::new_err(what));
         }
     }
     Ok(settings)
@@ -47,8 +44,8 @@ pub fn chosen_settings(quality: &str, values: &[(String, String)]) -> PyResult<S
 #[pyfunction]
 pub fn settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let entry = |parameter: lanternfish::settings::AnyParameter| {
-        let names: Vec<_> = parameter.names.iter().map(|(name, _)| *name).collect();
-        (parameter.info.name.replace('-', "_"), (names, parameter.info.help))
+        let names: Vec<_> = parameter.names().iter().map(|(name, _)| *name).collect();
+        (parameter.info.name.replace('-', "_"), (names, parameter.info.text()))
     };
     Settings::parameters().into_iter().map(entry).into_py_dict(py)
 }

@@ -58,6 +58,8 @@ pub use light::{Light, LightKind};
 pub use material::LayerTextures;
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
+#[doc(hidden)]
+pub use named_enum::{AnySetting, Value};
 pub use named_enum::{Named, Setting, nearest};
 pub use scene::{Instance, Scene};
 pub use shading::{Attenuation, Coefficients, Materials};

@@ -1,7 +1,9 @@
-//! Settings as text, and enums whose variants are selected by name.
+//! Settings, which have a type and a text, and enums whose variants are selected by name.
+
+use std::{any::Any, fmt::Debug, ops::Deref, sync::Arc};
 
 /// An enum whose variants are selected by name, as declared by [`named_enum!`](crate::named_enum!).
-pub trait Named: Copy + Send + Sync + 'static {
+pub trait Named: Copy + Debug + Send + Sync + 'static {
     /// Every variant, in the order in which help lists them.
     fn all() -> Vec<Self>;
     /// The name of a variant, in flags, files and reports.
@@ -11,7 +13,7 @@ pub trait Named: Copy + Send + Sync + 'static {
 }
 
 /// A setting that front ends write and read as text, in flags, shots and reports.
-pub trait Setting {
+pub trait Setting: AnySetting {
     /// The value as text; `None` if it is not set.
     fn text(&self) -> Option<String>;
     /// Parses the value from `text`; the error says what was expected.
@@ -19,6 +21,62 @@ pub trait Setting {
     /// Every name and its help text, for settings that are selected by name; otherwise empty.
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         Vec::new()
+    }
+}
+
+/// Settings behind `dyn`. Every [`Setting`] that can be cloned implements it.
+#[doc(hidden)]
+pub trait AnySetting: Any + Debug + Send + Sync {
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Setting>;
+    /// Takes the value of another setting. A value of another type counts by its text: techniques may share a parameter's name.
+    ///
+    /// Panics if that text is no value of this setting: a bug.
+    fn assign(&mut self, value: &dyn Setting);
+}
+
+impl<T: Setting + Clone> AnySetting for T {
+    fn boxed(&self) -> Box<dyn Setting> {
+        Box::new(self.clone())
+    }
+
+    fn assign(&mut self, value: &dyn Setting) {
+        match (value as &dyn Any).downcast_ref::<Self>() {
+            Some(value) => *self = value.clone(),
+            None if self.read(&value.text().unwrap_or_default()).is_ok() => {}
+            None => panic!("{value:?} is no value for {self:?}"),
+        }
+    }
+}
+
+/// A value of a setting, of the setting's own type: read once, by a flag, a key of a shot or a panel.
+#[derive(Clone, Debug)]
+pub struct Value(Arc<dyn Setting>);
+
+impl Value {
+    /// The value of a setting.
+    pub fn of(setting: &dyn Setting) -> Self {
+        Self(setting.boxed().into())
+    }
+
+    /// A value of the same type, from text; the error says what was expected.
+    pub fn read(&self, text: &str) -> Result<Self, String> {
+        let mut value = self.0.boxed();
+        value.read(text)?;
+        Ok(Self(value.into()))
+    }
+
+    /// The value, if it is of this type.
+    pub fn get<T: 'static>(&self) -> Option<&T> {
+        (&*self.0 as &dyn Any).downcast_ref()
+    }
+}
+
+impl Deref for Value {
+    type Target = dyn Setting;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.0
     }
 }
 

@@ -93,10 +93,11 @@ impl Flags {
 /// `value` the default.
 #[wasm_bindgen]
 pub fn settings() -> String {
-    let row = |AnyParameter { info, kind, names, default, .. }| {
-        let values: Vec<_> = names.iter().map(|(name, _)| *name).collect();
+    let row = |AnyParameter { info, kind, value }| {
+        let values: Vec<_> = value.names().iter().map(|(name, _)| *name).collect();
         serde_json::json!({
-            "name": info.name, "kind": kind, "help": info.help, "values": values, "value": default, "everyday": info.is_everyday,
+            "name": info.name, "kind": kind, "help": info.text(), "values": values, "value": value.text(),
+            "everyday": info.is_everyday,
         })
     };
     let own = |name: &str, help: &str, values: Vec<String>, value: Option<&str>| serde_json::json!({ "name": name, "kind": "", "help": help, "values": values, "value": value, "everyday": true });

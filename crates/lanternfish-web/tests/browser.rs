@@ -4,7 +4,10 @@
 
 use std::{env, fs, path::Path, process::Command};
 
-use lanternfish::{Renderer, Settings, settings::Preset};
+use lanternfish::{
+    Renderer,
+    settings::{GivenSettings, Preset},
+};
 use lanternfish_cli::{opened::Loaded, scene_with_lights, shot};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_gpu_test::gpu_test;
@@ -34,10 +37,7 @@ fn options(names: Names) -> Value {
 
 /// The display image of a program.
 fn native(gpu: &Gpu, scene: &Scene, names: Names) -> RgbImage {
-    let frames = names.iter().find(|(name, _)| *name == "accumulate").map_or(1, |(_, count)| count.parse().unwrap());
-    let choices = names.iter().copied().filter(|(name, _)| Settings::is_choice(name));
-    let mut settings = Settings::of_choices(Preset::default(), choices, frames).unwrap();
-    names.iter().for_each(|(name, value)| settings.set(name, value).unwrap());
+    let settings = GivenSettings::read(names.iter().copied()).unwrap().over(Preset::default());
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     image(renderer.render(&uploaded, &scene.default_camera(1.0), [SIZE; 2]).unwrap().display.as_flattened())

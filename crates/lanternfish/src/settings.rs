@@ -1,15 +1,14 @@
 //! Rendering settings, with their units, ranges and effects.
 
 mod background;
+mod exposure;
+mod given;
 mod groups;
 mod named;
-mod parameters;
 mod presets;
 mod structure;
 #[cfg(test)]
 mod tests;
-
-use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
 use lanternfish_scene::{named_enum, named_type_impls};
@@ -24,6 +23,9 @@ pub use crate::{
     rays::{Structure, Tracer, TracerChoice},
 };
 pub use background::Background;
+pub use exposure::Exposure;
+#[doc(hidden)]
+pub use given::GivenSettings;
 pub use groups::{ImageSettings, LightSettings, MaterialSettings, ShadowSettings};
 pub use named::AnyParameter;
 pub use presets::Preset;
@@ -119,25 +121,6 @@ impl Settings {
     pub(crate) fn finds_ambient_visibility(&self) -> bool {
         let is_used = !self.indirect.sees_environment() || self.image.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::NONE && is_used
-    }
-}
-
-/// Exposure of the display image.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Exposure {
-    /// Metered from the radiance of the image, one value for all views of a frame ([`crate::output`]).
-    #[default]
-    Auto,
-    /// Fixed, in stops: radiance is multiplied by 2^EV before tone mapping.
-    Ev(f32),
-}
-
-impl fmt::Display for Exposure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Auto => f.write_str("auto"),
-            Self::Ev(ev) => ev.fmt(f),
-        }
     }
 }
 

@@ -9,6 +9,7 @@
 //! that flags, shots and panels accept and list.
 
 pub(crate) mod data;
+mod declared;
 
 use std::{
     any::Any,
@@ -16,7 +17,7 @@ use std::{
     sync::{PoisonError, RwLock},
 };
 
-use lanternfish_scene::Setting;
+use lanternfish_scene::{Setting, Value};
 
 use crate::shaders::Shaders;
 
@@ -50,7 +51,8 @@ pub struct ParameterInfo {
     pub value: &'static str,
     /// The valid values.
     pub range: Range,
-    /// The meaning, and the effect of a higher value.
+    /// The meaning, and the effect of a higher value: a summary, then paragraphs for long help. It may be that of a doc comment: front ends
+    /// show [`Self::text`].
     pub help: &'static str,
     /// True if help states the default. False if the default depends on another flag.
     pub shows_default: bool,
@@ -66,6 +68,20 @@ impl ParameterInfo {
     pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
         Self { name, value, range, help, shows_default: false, is_everyday: false, has_panel: true }
     }
+
+    /// The help, each paragraph in one line.
+    #[doc(hidden)]
+    pub fn text(&self) -> String {
+        let words = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+        self.help.trim().split("\n\n").map(words).collect::<Vec<_>>().join("\n\n")
+    }
+
+    /// A value from text, of the type of a value of the parameter; the error says what was expected.
+    #[doc(hidden)]
+    pub fn read(&self, any: &Value, text: &str) -> Result<Value, String> {
+        self.range.check(text)?;
+        any.read(text)
+    }
 }
 
 impl<T> Parameter<T> {
@@ -78,13 +94,6 @@ impl<T> Parameter<T> {
         of: fn(&mut T) -> &mut dyn Setting,
     ) -> Self {
         Self { info: ParameterInfo::new(name, value, range, help), of }
-    }
-
-    /// Sets the parameter from text, or returns the expected values.
-    #[doc(hidden)]
-    pub fn read(&self, of: &mut T, text: &str) -> Result<(), String> {
-        self.info.range.check(text)?;
-        (self.of)(of).read(text)
     }
 
     /// The parameter with its default in help.
@@ -156,12 +165,25 @@ pub trait AnyTechnique: fmt::Debug + Send + Sync + 'static {
     /// [`Technique::SHADERS`].
     #[doc(hidden)]
     fn shaders(&self) -> Shaders;
-    /// The parameters, each with the names and meanings of its type, if it has names.
-    fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)>;
+    /// The parameters and their values.
+    fn parameters(&self) -> Vec<(ParameterInfo, Value)>;
+    /// Sets a parameter to a value that was read for this name. Does nothing if the technique has no such parameter.
+    #[doc(hidden)]
+    fn take(&mut self, parameter: &str, value: &Value);
+    /// The value of a parameter; none if the technique has no such parameter.
+    #[doc(hidden)]
+    fn value(&self, parameter: &str) -> Option<Value>;
     /// A parameter as text; none if the technique has no such parameter or it is unset.
-    fn get(&self, parameter: &str) -> Option<String>;
+    fn get(&self, parameter: &str) -> Option<String> {
+        self.value(parameter)?.text()
+    }
     /// Sets a parameter from text, or returns the expected values. Does nothing if the technique has no such parameter.
-    fn set(&mut self, parameter: &str, text: &str) -> Result<(), String>;
+    fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
+        if let Some((info, value)) = self.parameters().into_iter().find(|(info, _)| info.name == parameter) {
+            self.take(parameter, &info.read(&value, text)?);
+        }
+        Ok(())
+    }
     /// True if the other is the same technique with the same parameters.
     #[doc(hidden)]
     fn is_same(&self, other: &dyn Any) -> bool;
@@ -186,19 +208,20 @@ impl<T: Technique> AnyTechnique for T {
         T::SHADERS
     }
 
-    fn parameters(&self) -> Vec<(ParameterInfo, Vec<(&'static str, &'static str)>)> {
+    fn parameters(&self) -> Vec<(ParameterInfo, Value)> {
         let mut technique = self.clone();
-        T::PARAMETERS.iter().map(|parameter| (parameter.info, (parameter.of)(&mut technique).names())).collect()
+        T::PARAMETERS.iter().map(|entry| (entry.info, Value::of((entry.of)(&mut technique)))).collect()
     }
 
-    fn get(&self, parameter: &str) -> Option<String> {
+    fn value(&self, parameter: &str) -> Option<Value> {
         let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter)?;
-        (entry.of)(&mut self.clone()).text()
+        Some(Value::of((entry.of)(&mut self.clone())))
     }
 
-    fn set(&mut self, parameter: &str, text: &str) -> Result<(), String> {
-        let entry = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter);
-        entry.map_or(Ok(()), |entry| entry.read(self, text))
+    fn take(&mut self, parameter: &str, value: &Value) {
+        if let Some(entry) = T::PARAMETERS.iter().find(|entry| entry.info.name == parameter) {
+            (entry.of)(self).assign(&**value);
+        }
     }
 
     fn is_same(&self, other: &dyn Any) -> bool {
@@ -336,6 +359,24 @@ impl<K: Kind + ?Sized> Choice<K> {
         let (existing, registry) = (Self::named(self.name()), K::registry());
         assert!(existing.is_none(), "{}: two techniques are called {}", K::FLAG, self.name());
         registry.added.write().unwrap_or_else(PoisonError::into_inner).push(self);
+    }
+}
+
+/// The technique by name, with default parameters.
+impl<K: Kind + ?Sized> Setting for Choice<K> {
+    fn text(&self) -> Option<String> {
+        Some(self.name().to_owned())
+    }
+
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        *self = data::find(text, K::NONE_NAME, Self::all())?;
+        Ok(())
+    }
+
+    fn names(&self) -> Vec<(&'static str, &'static str)> {
+        let all = Self::all();
+        let summaries = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
+        [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(summaries).collect()
     }
 }
 

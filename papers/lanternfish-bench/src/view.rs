@@ -92,7 +92,7 @@ impl View {
         light_rig::add(&mut scene, lights, &cameras[0])?;
         // A fixed exposure, so that images are comparable.
         let mut look = Settings::direct_light().with_shadows(Shadows::BVH).with_exposure(Exposure::Ev(0.0));
-        lights.settings.set(&mut look);
+        lights.settings.0.set(&mut look);
         look.lights.radius = 0.0;
         if let Some(shown) = shown {
             look.image.tone_map = shown.tone_map;
@@ -144,7 +144,7 @@ impl View {
 
 /// Reads the shot if `name` is one.
 pub fn shot_of(name: &SceneName) -> Result<Option<Shot>, CliError> {
-    shot::is_shot(name).then(|| shot::read(name.path(), Vec::new())).transpose()
+    shot::is_shot(name).then(|| shot::read(name.path())).transpose()
 }
 
 /// Reads the scene of a shot, or the scene `name` if there is no shot.

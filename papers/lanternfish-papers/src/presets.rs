@@ -1,7 +1,7 @@
 //! The five papers as settings: every stage of a frame as a paper has it, off where it has none. Lights are the scene's: the default of
 //! `range-threshold` is that of [Elagabani2025, eq. 4.1], the default of `attenuation` is [VanGelderen2020, eq. 5.1].
 
-use lanternfish::settings::Settings;
+use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_scene::named_enum;
 
 named_enum! {
@@ -190,11 +190,17 @@ impl Paper {
         all.map(|(name, value, source)| PaperSetting { name, value, source }).collect()
     }
 
+    /// Its settings, as flags give them.
+    pub fn given(self) -> GivenSettings {
+        let rows = self.rows();
+        GivenSettings::read(rows.iter().map(|row| (row.name, row.value))).expect("a test reads every row")
+    }
+
     /// The settings of a renderer.
     pub fn settings(self) -> Settings {
         let mut settings = Settings::direct_light();
         for PaperSetting { name, value, .. } in self.rows() {
-            settings.set(name, value).expect("a test sets every row");
+            settings.set(name, value).expect("a test reads every row");
         }
         settings
     }

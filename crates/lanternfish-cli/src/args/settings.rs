@@ -1,10 +1,11 @@
 //! The flags of the library's settings: choices of techniques, their parameters, and settings of their own.
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, parser::ValueSource};
 use lanternfish::{
-    settings::{AnyParameter, Settings},
+    settings::{AnyParameter, GivenSettings, Settings},
     technique::Range,
 };
+use lanternfish_scene::Value;
 
 use crate::{choices::names, flags::as_flags};
 
@@ -38,9 +39,9 @@ const TABLES: [&[&str]; 4] = [
     &["indirect", "occlusion", "structure"],
 ];
 
-/// Flags of settings: the given values, and defaults, by name.
-#[derive(Clone, Debug)]
-pub struct SettingFlags<const TABLE: usize>(Vec<(&'static str, String)>);
+/// Flags of settings: the given values.
+#[derive(Clone, Debug, Default)]
+pub struct SettingFlags<const TABLE: usize>(pub GivenSettings);
 
 /// Flags of the lights' falloff and size.
 pub type LightFlags = SettingFlags<0>;
@@ -61,59 +62,32 @@ fn parameters(table: usize) -> impl Iterator<Item = AnyParameter> {
     TABLES[table].iter().flat_map(of)
 }
 
-impl<const TABLE: usize> SettingFlags<TABLE> {
-    /// Name and value of each, in the order of help.
-    pub fn values(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        self.0.iter().map(|(name, text)| (*name, text.as_str()))
-    }
-
-    /// Sets the given settings.
-    pub fn set(&self, settings: &mut Settings) {
-        for (name, text) in self.values() {
-            settings.set(name, text).expect("the flag's parser has let it through");
+/// The settings that are given on the command line of a command, which may have only some of the flags.
+pub(crate) fn given(matches: &ArgMatches) -> GivenSettings {
+    let mut given = GivenSettings::default();
+    for AnyParameter { info, .. } in Settings::parameters() {
+        let has_flag = matches.ids().any(|id| id.as_str() == info.name);
+        if has_flag
+            && matches.value_source(info.name) == Some(ValueSource::CommandLine)
+            && let Some(value) = matches.get_one::<Value>(info.name)
+        {
+            given.give(info.name, value.clone());
         }
     }
+    given
+}
 
-    /// Gives those of this table other values.
-    pub fn give(&mut self, values: &[(&str, String)]) {
-        let value = |name: &'static str| {
-            let given = values.iter().rev().find(|(other, _)| *other == name).map(|(_, text)| text);
-            let before = || self.0.iter().find(|(other, _)| *other == name).map(|(_, text)| text);
-            Some((name, given.or_else(before)?.clone()))
-        };
-        self.0 = parameters(TABLE).filter_map(|entry| value(entry.info.name)).collect();
+impl<const TABLE: usize> SettingFlags<TABLE> {
+    /// Those of this table.
+    pub(crate) fn of(given: &GivenSettings) -> Self {
+        let names: Vec<_> = parameters(TABLE).map(|entry| entry.info.name).collect();
+        Self(given.only(|name| names.contains(&name)))
     }
 }
 
 impl<const TABLE: usize> Args for SettingFlags<TABLE> {
     fn augment_args(command: Command) -> Command {
-        command.args(parameters(TABLE).map(|AnyParameter { info, names: known, default, .. }| {
-            let name = info.name;
-            let number = move |text: &str| {
-                Settings::check(name, text).and_then(|()| text.trim().parse::<f32>().map_err(|why| why.to_string()))
-            };
-            let words = move |text: &str| Settings::check(name, text).map(|()| text.to_owned());
-            let flag = Arg::new(name).long(name).value_name(info.value).hide_short_help(!info.is_everyday);
-            let flag = match info.range {
-                Range::Count(least, most) => {
-                    let range = value_parser!(u32).range(i64::from(least)..=i64::from(most));
-                    flag.value_parser(range).allow_hyphen_values(true)
-                }
-                Range::Positive | Range::Number(..) => flag.value_parser(number).allow_hyphen_values(true),
-                Range::Names => flag.value_parser(names(known)),
-                Range::Numbers => {
-                    flag.value_parser(names(known).map(|name| name.parse::<u32>().expect("these names are numbers")))
-                }
-                Range::Switch(on, off) => flag.value_parser(names([("on", on), ("off", off)]).map(|name| name == "on")),
-                Range::Text => flag.value_parser(words).allow_hyphen_values(true),
-            };
-            let renamed = RENAMED.into_iter().filter(|(_, new)| *new == name);
-            let flag = renamed.fold(flag, |flag, (old, _)| flag.alias(old));
-            // The parser holds the text for its lifetime; leaking the few texts is acceptable.
-            let default = default.filter(|_| info.shows_default);
-            let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
-            with_help(flag, info.help)
-        }))
+        command.args(parameters(TABLE).map(flag))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -123,15 +97,34 @@ impl<const TABLE: usize> Args for SettingFlags<TABLE> {
 
 impl<const TABLE: usize> FromArgMatches for SettingFlags<TABLE> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let last = |name: &str| Some(matches.get_raw(name)?.next_back()?.to_string_lossy().into_owned());
-        let value = |entry: AnyParameter| Some((entry.info.name, last(entry.info.name)?));
-        Ok(Self(parameters(TABLE).filter_map(value).collect()))
+        Ok(Self::of(&given(matches)))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
     }
+}
+
+/// The flag of a setting. Its parser reads the setting's own type.
+fn flag(parameter: AnyParameter) -> Arg {
+    let info = parameter.info;
+    let flag = Arg::new(info.name).long(info.name).value_name(info.value).hide_short_help(!info.is_everyday);
+    let flag = RENAMED.into_iter().filter(|(_, new)| *new == info.name).fold(flag, |flag, (old, _)| flag.alias(old));
+    // The parser holds the text for its lifetime; leaking the few texts is acceptable.
+    let default = parameter.value.text().filter(|_| info.shows_default);
+    let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
+    let known = match info.range {
+        Range::Names | Range::Numbers => parameter.names(),
+        Range::Switch(on, off) => vec![("on", on), ("off", off)],
+        _ => Vec::new(),
+    };
+    let read = move |text: &str| parameter.read(text);
+    let flag = match known.is_empty() {
+        true => flag.value_parser(read).allow_hyphen_values(true),
+        false => flag.value_parser(names(known).try_map(move |name| read(&name))),
+    };
+    with_help(flag, &info.text())
 }
 
 /// Splits help text as clap does for a comment: the first paragraph is the short help.
@@ -154,4 +147,26 @@ fn every_setting_is_in_one_table() {
     assert_eq!(named, all);
     all.dedup();
     assert_eq!(named, all, "names are unique");
+}
+
+/// A flag's value serves every technique that has its parameter.
+#[cfg(test)]
+#[test]
+fn techniques_agree_on_shared_parameters() {
+    use lanternfish::{
+        settings::{Culling, Direct, Indirect, Occlusion},
+        technique::{AnyTechnique, Choice, ParameterInfo},
+    };
+    fn of<K: AnyTechnique + ?Sized>(all: &[Choice<K>]) -> Vec<ParameterInfo> {
+        let parameters = all.iter().filter_map(Choice::technique).flat_map(AnyTechnique::parameters);
+        parameters.map(|(info, _)| info).collect()
+    }
+    lanternfish_papers::register();
+    for kind in [of(&Direct::all()), of(&Culling::all()), of(&Indirect::all()), of(&Occlusion::all())] {
+        for (i, info) in kind.iter().enumerate() {
+            for other in kind[i..].iter().filter(|other| other.name == info.name) {
+                assert_eq!(format!("{:?}", other.range), format!("{:?}", info.range), "{}", info.name);
+            }
+        }
+    }
 }

@@ -7,7 +7,7 @@ use lanternfish::{
     },
     techniques::{
         Assignment, ClusterShape, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution, LightChoice,
-        LightRays, Probes, Sampled, SampledLights, TileSize, Tiled,
+        LightSamples, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
 use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao};
@@ -47,7 +47,26 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
     assert_eq!(direct, parsed("--quality=draft").settings());
     let sampled =
         parsed(words).settings().direct.get::<SampledLights>().copied().expect("realtime samples direct light");
-    assert_eq!(sampled.rays, LightRays::Two);
+    assert_eq!(sampled.light_samples, LightSamples::Two);
+}
+
+/// Written shots state them.
+#[test]
+fn defaults_in_help_are_those_of_every_preset() {
+    lanternfish_papers::register();
+    let mut stated = GivenSettings::default();
+    for entry in Settings::parameters().into_iter().filter(|entry| entry.info.shows_default) {
+        stated.give(entry.info.name, entry.value);
+    }
+    for preset in Preset::ALL {
+        for technique in [Indirect::NONE].into_iter().chain(Indirect::all()) {
+            let words = format!("--quality {preset} --indirect {}", technique.name());
+            let mut args = parsed(&words);
+            let settings = args.settings();
+            args.give(&args.given().above(stated.clone()));
+            assert_eq!(args.settings(), settings, "{words}");
+        }
+    }
 }
 
 #[test]
@@ -61,7 +80,11 @@ fn every_flag_reaches_its_setting() {
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --sun-diameter 0.53 --shadow-rays 7";
     let args = parsed(words);
     let expected = Settings::default()
-        .with_direct(SampledLights { rays: LightRays::Two, choice: LightChoice::Uniform, denoise: Denoise::Off })
+        .with_direct(SampledLights {
+            light_samples: LightSamples::Two,
+            choice: LightChoice::Uniform,
+            denoise: Denoise::Off,
+        })
         .with_culling(Tiled { tile_size: TileSize::Px32, aabb_test: false })
         .with_shadows(Shadows::BVH)
         .with_ray_culling(RayCulling::Improved)

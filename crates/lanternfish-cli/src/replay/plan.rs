@@ -159,7 +159,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("shot.toml");
         std::fs::write(&path, text).unwrap();
-        Plan::of(&shot::read(&path, Vec::new()).unwrap(), None, &mut Progress::hidden()).unwrap()
+        Plan::of(&shot::read(&path).unwrap(), None, &mut Progress::hidden()).unwrap()
     }
 
     #[test]

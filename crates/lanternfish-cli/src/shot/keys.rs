@@ -66,6 +66,41 @@ pub fn keys() -> Vec<Key> {
     command.get_arguments().filter_map(|arg| Key::new(arg, setting(arg))).collect()
 }
 
+/// The key of a flag's id.
+pub fn of_id<'k>(keys: &'k [Key], id: &str) -> &'k Key {
+    keys.iter().find(|key| key.id == id).expect("flags are made from keys")
+}
+
+/// The first of these flags, by id and value, that its parser refuses, and the reason. All are parsed at once: a shot may have thousands of
+/// lights.
+pub fn refused(keys: &[Key], flags: &[(String, OsString)]) -> Option<(usize, String)> {
+    let words = flags.iter().filter_map(|(id, value)| of_id(keys, id).word(value));
+    let words = ["render".into(), "scene".into()].into_iter().chain(words);
+    let error = render_command().try_get_matches_from(words).err()?;
+    let context = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    // Flags that exclude each other have no value, and may be overridden.
+    let (flag, value) = (context(ContextKind::InvalidArg)?, context(ContextKind::InvalidValue)?);
+    let is_it = |(id, own): &(String, OsString)| {
+        flag.split(' ').next() == Some(&format!("--{}", of_id(keys, id).name)) && *own == *value
+    };
+    let index = flags.iter().position(is_it)?;
+    let key = of_id(keys, &flags[index].0);
+    let reason = match (error.source().map(ToString::to_string), error.get(ContextKind::ValidValue)) {
+        (Some(reason), _) if reason.contains("expected") => reason,
+        // The standard library's messages do not state the expected form.
+        (Some(reason), _) => format!("expected {}: {reason}", key.expected()),
+        (None, Some(ContextValue::Strings(names))) if !names.is_empty() => {
+            let nearest = nearest(value, &names.iter().map(String::as_str).collect::<Vec<_>>());
+            format!("expected one of {}; did you mean {nearest:?}?", names.join(", "))
+        }
+        _ => format!("expected {}", key.expected()),
+    };
+    Some((index, reason))
+}
+
 impl Key {
     fn new(arg: &Arg, setting: Option<AnyParameter>) -> Option<Self> {
         let name = arg.get_long()?.to_owned();
@@ -94,12 +129,6 @@ impl Key {
         self.name == name || self.arg.get_all_aliases().is_some_and(|old| old.contains(&name))
     }
 
-    /// True if it chooses among techniques, one of which has this name.
-    pub fn chooses(&self, technique: &str) -> bool {
-        let is_choice = |setting: &&AnyParameter| setting.kind == self.name;
-        self.setting.as_ref().filter(is_choice).is_some_and(|it| it.names.iter().any(|(name, _)| *name == technique))
-    }
-
     /// The word of the command line for this value; `None` for a flag that is off.
     pub fn word(&self, value: &OsStr) -> Option<OsString> {
         let mut word = OsString::from(format!("--{}", self.name));
@@ -109,39 +138,6 @@ impl Key {
         word.push("=");
         word.push(value);
         Some(word)
-    }
-
-    /// The first value that the flag's parser refuses, and the reason.
-    pub fn refused(&self, values: &[OsString]) -> Option<(usize, String)> {
-        if self.setting.is_some() {
-            let refused = |value: &OsString| Settings::check(&self.name, &value.to_string_lossy()).err();
-            return values.iter().enumerate().find_map(|(i, value)| Some((i, refused(value)?)));
-        }
-        // Test values one by one only if needed: a shot may have thousands of lights.
-        self.refuses(values)?;
-        (0..values.len()).find_map(|i| Some((i, self.refuses(&values[i..=i])?)))
-    }
-
-    fn refuses(&self, values: &[OsString]) -> Option<String> {
-        let words = ["render".into(), "scene".into()].into_iter();
-        let words = words.chain(values.iter().filter_map(|value| self.word(value)));
-        let error = render_command().try_get_matches_from(words).err()?;
-        if let Some(reason) = error.source() {
-            let reason = reason.to_string();
-            // The standard library's messages do not state the expected form.
-            return Some(match reason.contains("expected") {
-                true => reason,
-                false => format!("expected {}: {reason}", self.expected()),
-            });
-        }
-        match error.get(ContextKind::ValidValue) {
-            Some(ContextValue::Strings(names)) if !names.is_empty() => {
-                let value = values.last().map(|value| value.to_string_lossy()).unwrap_or_default();
-                let nearest = nearest(&value, &names.iter().map(String::as_str).collect::<Vec<_>>());
-                Some(format!("expected one of {}; did you mean {nearest:?}?", names.join(", ")))
-            }
-            _ => Some(format!("expected {}", self.expected())),
-        }
     }
 
     /// The expected value in an error message: `a list of numbers, [x,y,z]`.

@@ -1,4 +1,4 @@
-//! Converts a shot's text to words of the command line. Every error has a line and a column.
+//! Reads a shot's text: settings as their own types, other keys as flags of the command. Every error has a line and a column.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -6,16 +6,17 @@ use std::{
     path::Path,
 };
 
-use lanternfish::settings::Settings;
-use lanternfish_scene::nearest;
+use lanternfish::settings::Preset;
+use lanternfish_scene::{Value, nearest};
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
 };
 
 use super::{
+    Given,
     camera_path::{CameraPath, RecordedPath},
-    keys::{Key, Kind},
+    keys::{Key, Kind, keys, of_id, refused},
     track::{Interpolation, Moment, Track},
 };
 use crate::{
@@ -30,16 +31,25 @@ use crate::{
 pub struct File {
     /// A file, relative to the current folder, or `demo:NAME`.
     pub scene: SceneName,
-    /// Its keys as flags: id and value, accepted by the flag's parser.
-    pub words: Vec<(String, OsString)>,
+    /// Its keys.
+    pub given: Given,
     pub path: Option<CameraPath>,
+}
+
+/// The tables of a shot.
+#[derive(Default)]
+struct Tables {
+    given: Given,
+    /// Where the values of flags of the command stand.
+    places: Vec<Range<usize>>,
+    path: Option<CameraPath>,
 }
 
 type Entry<'t> = (&'t str, Range<usize>, &'t Spanned<DeValue<'t>>);
 
 /// Reads the shot at `path`.
-pub fn file(path: &Path, text: &str, keys: &[Key]) -> Result<File, CliError> {
-    Reader { path, text, keys }.file()
+pub fn file(path: &Path, text: &str) -> Result<File, CliError> {
+    Reader { path, text, keys: &keys() }.file()
 }
 
 struct Reader<'r> {
@@ -57,8 +67,7 @@ impl Reader<'_> {
         if recording::is_recording(root.get_ref()) {
             return self.recording(root.get_ref());
         }
-        let mut file = File { scene: "".into(), words: Vec::new(), path: None };
-        let mut scene = None;
+        let (mut scene, mut tables) = (None, Tables::default());
         for (name, place, value) in entries(root.get_ref()) {
             let table = value.get_ref();
             match name {
@@ -75,60 +84,51 @@ impl Reader<'_> {
                             format!("write [{name}]"),
                         ));
                     };
-                    self.table(name, table, &mut file)?;
+                    self.table(name, table, &mut tables)?;
                 }
             }
         }
-        file.scene = scene.ok_or_else(|| self.error(0, "no scene", "start with scene = \"FILE\""))?;
-        Ok(file)
+        let Tables { given, places, path } = tables;
+        if let Some((index, reason)) = refused(self.keys, &given.flags) {
+            let key = of_id(self.keys, &given.flags[index].0);
+            return Err(self.wrong(&key.name, places[index].clone(), &reason));
+        }
+        let scene = scene.ok_or_else(|| self.error(0, "no scene", "start with scene = \"FILE\""))?;
+        Ok(File { scene, given, path })
     }
 
     /// A recording of camera input as a shot.
     fn recording(&self, root: &DeTable<'_>) -> Result<File, CliError> {
-        let failed = |what: String, hint: String| CliError::new(format_args!("{}: {what}", self.path.display()), hint);
-        let Recorded { scene, flags, recording } = Recorded::parse(root)
-            .map_err(|what| failed(what, "`lanternfish view --record FILE` writes such files".to_owned()))?;
-        let mut words = Vec::new();
-        for (name, value) in flags {
-            let Some(key) = self.keys.iter().find(|key| key.is_called(&name)) else {
-                let nearest = nearest(&name, &self.keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
-                return Err(failed(
-                    format!("the recording's flag {name:?}: there is none"),
-                    format!("it may be {nearest:?}"),
-                ));
-            };
-            let value = OsString::from(value);
-            if let Some((_, reason)) = key.refused(std::slice::from_ref(&value)) {
-                let what = format!("the recording's flag {name:?}: {reason}");
-                return Err(failed(what, "correct the file, or record it again".to_owned()));
-            }
-            words.push((key.id.clone(), value));
-        }
-        Ok(File { scene, words, path: Some(CameraPath::Recorded(RecordedPath::new(&recording))) })
+        let failed = |what: String, hint: &str| CliError::new(format_args!("{}: {what}", self.path.display()), hint);
+        let Recorded { scene, flags, recording } =
+            Recorded::parse(root).map_err(|what| failed(what, "`lanternfish view --record FILE` writes such files"))?;
+        let given = Given::named(&flags).map_err(|[name, what, hint]| {
+            let hint = if hint.is_empty() { "correct the file, or record it again" } else { &hint };
+            failed(format!("the recording's flag {name:?}: {what}"), hint)
+        })?;
+        Ok(File { scene, given, path: Some(CameraPath::Recorded(RecordedPath::new(&recording))) })
     }
 
     fn scene(&self, value: &Spanned<DeValue<'_>>) -> Result<SceneName, CliError> {
         let DeValue::String(scene) = value.get_ref() else {
-            return Err(self.wrong("scene", value, "expected a string, \"FILE\" or \"demo:NAME\""));
+            return Err(self.wrong("scene", value.span(), "expected a string, \"FILE\" or \"demo:NAME\""));
         };
         let named = SceneName::from(scene.as_ref());
         if scene.is_empty() || super::is_shot(&named) {
-            return Err(self.wrong("scene", value, "expected a scene, not nothing and not a shot"));
+            return Err(self.wrong("scene", value.span(), "expected a scene, not nothing and not a shot"));
         }
         Ok(if named.demo().is_some() { named } else { self.beside(scene).into() })
     }
 
-    fn table(&self, table: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
+    fn table(&self, table: &str, content: &DeTable<'_>, tables: &mut Tables) -> Result<(), CliError> {
         let (mut interpolation, mut keyframes) = (Interpolation::default(), None);
         for (name, place, value) in entries(content) {
             if let Some(key) = self.keys.iter().find(|key| key.table == table && key.is_called(name)) {
-                for word in self.words(key, value)? {
-                    file.words.push((key.id.clone(), word));
-                }
+                self.key(key, value, tables)?;
                 continue;
             }
             if let (DeValue::Table(parameters), Some(kind)) = (value.get_ref(), self.kind(table, name)) {
-                self.technique(kind, name, parameters, file)?;
+                self.technique(kind, name, parameters, tables)?;
                 continue;
             }
             match (table, name) {
@@ -142,60 +142,74 @@ impl Reader<'_> {
             }
         }
         if let Some(keyframes) = keyframes {
-            file.path = Some(CameraPath::Keyframes(Track { interpolation, keyframes }));
+            tables.path = Some(CameraPath::Keyframes(Track { interpolation, keyframes }));
         }
         Ok(())
     }
 
-    /// The key that chooses a technique of this name.
-    fn kind(&self, table: &str, technique: &str) -> Option<&Key> {
-        let is_kind = |key: &&Key| key.table == table && key.chooses(technique);
-        self.keys.iter().find(is_kind)
+    /// The kind of the technique of this name, and the technique.
+    fn kind(&self, table: &str, technique: &str) -> Option<(&'static str, Value)> {
+        let settings = self.keys.iter().filter(|key| key.table == table).filter_map(|key| key.setting.as_ref());
+        let mut kinds = settings.filter(|setting| setting.kind == setting.info.name);
+        kinds.find_map(|kind| Some((kind.kind, kind.read(technique).ok()?)))
     }
 
-    /// A technique with a table of its parameters: [indirect.sampled]. The library's data declares which it has.
-    fn technique(&self, kind: &Key, name: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
-        file.words.push((kind.id.clone(), name.into()));
+    /// A technique with a table of its parameters: [indirect.sampled].
+    fn technique(
+        &self,
+        (kind, technique): (&'static str, Value),
+        name: &str,
+        content: &DeTable<'_>,
+        tables: &mut Tables,
+    ) -> Result<(), CliError> {
+        tables.given.settings.give(kind, technique);
+        let chosen = tables.given.settings.over(Preset::default());
+        let is_own = |key: &&Key| {
+            key.setting.as_ref().is_some_and(|setting| setting.kind == kind && setting.info.name != kind)
+                && chosen.value(&key.name).flatten().is_some()
+        };
         for (parameter, place, value) in entries(content) {
-            let key = self.keys.iter().find(|key| key.setting.is_some() && key.is_called(parameter));
-            let words = key.map(|key| self.words(key, value)).transpose()?.unwrap_or_default();
-            let text = words.first().map(|word| word.to_string_lossy()).unwrap_or_default();
-            let data = serde_json::json!({ &kind.name: { name: { parameter: text } } });
-            serde_json::from_value::<Settings>(data).map_err(|error| {
-                self.error(place.start, &error.to_string(), "`lanternfish help render --all` lists parameters")
-            })?;
-            file.words.extend(key.into_iter().flat_map(|key| words.iter().map(|word| (key.id.clone(), word.clone()))));
+            let Some(key) = self.keys.iter().filter(is_own).find(|key| key.is_called(parameter)) else {
+                let known: Vec<_> = self.keys.iter().filter(is_own).map(|key| key.name.as_str()).collect();
+                let near = nearest(parameter, &known);
+                let what = format!("{name} has no parameter {parameter:?}; did you mean {near:?}?");
+                return Err(self.error(place.start, &what, "`lanternfish help render --all` lists parameters"));
+            };
+            self.key(key, value, tables)?;
         }
         Ok(())
     }
 
-    /// The values of a key as words of the command line.
-    fn words(&self, key: &Key, value: &Spanned<DeValue<'_>>) -> Result<Vec<OsString>, CliError> {
+    /// The value of a key.
+    fn key(&self, key: &Key, value: &Spanned<DeValue<'_>>, tables: &mut Tables) -> Result<(), CliError> {
+        let wrong = |value: &Spanned<DeValue<'_>>, expected: &str| self.wrong(&key.name, value.span(), expected);
+        let expected = || format!("expected {}", key.expected());
+        if let Some(setting) = &key.setting {
+            let read = scalar(value.get_ref()).ok_or_else(expected).and_then(|text| setting.read(&text));
+            let read = read.map_err(|what| if key.kind == Kind::Switch { expected() } else { what });
+            tables.given.settings.give(setting.info.name, read.map_err(|what| wrong(value, &what))?);
+            return Ok(());
+        }
         let values: Vec<&Spanned<DeValue<'_>>> = match value.get_ref() {
             DeValue::Array(list) if key.repeats => list.iter().collect(),
-            _ if key.repeats => {
-                return Err(self.wrong(&key.name, value, &format!("expected {}", key.expected())));
-            }
+            _ if key.repeats => return Err(wrong(value, &expected())),
             _ => vec![value],
         };
-        let word = |value: &&Spanned<DeValue<'_>>| {
-            let expected = || self.wrong(&key.name, value, &format!("expected {}", key.expected()));
-            self.word(key.kind, value.get_ref()).ok_or_else(expected)
-        };
-        let words: Vec<_> = values.iter().map(word).collect::<Result<_, _>>()?;
-        match key.refused(&words) {
-            Some((index, reason)) => Err(self.wrong(&key.name, values[index], &reason)),
-            None => Ok(words),
+        for value in values {
+            let word = self.word(key.kind, value.get_ref()).ok_or_else(|| wrong(value, &expected()))?;
+            tables.given.flags.push((key.id.clone(), word));
+            tables.places.push(value.span());
         }
+        Ok(())
     }
 
+    /// The value of a flag of the command, as the command line spells it.
     fn word(&self, kind: Kind, value: &DeValue<'_>) -> Option<OsString> {
         Some(match (kind, value) {
             (Kind::Flag, DeValue::Boolean(on)) => on.to_string().into(),
-            (Kind::Switch, DeValue::Boolean(on)) => if *on { "on" } else { "off" }.into(),
             (Kind::Path, DeValue::String(path)) if path.is_empty() => OsString::new(),
             (Kind::Path, DeValue::String(path)) => self.beside(path).into_os_string(),
-            (Kind::Switch | Kind::Text | Kind::NumberOrWord | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
+            (Kind::Text | Kind::NumberOrWord | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
                 OsStr::new(text.as_ref()).to_owned()
             }
             (Kind::Number | Kind::NumberOrWord, number) => digits(number)?.into(),
@@ -211,17 +225,17 @@ impl Reader<'_> {
         let name = if let DeValue::String(name) = value.get_ref() { name } else { "" };
         Interpolation::NAMES.iter().find(|(other, _)| *other == name).map(|(_, value)| *value).ok_or_else(|| {
             let names = Interpolation::NAMES.map(|(name, _)| name).join(", ");
-            self.wrong("interpolation", value, &format!("expected one of {names}"))
+            self.wrong("interpolation", value.span(), &format!("expected one of {names}"))
         })
     }
 
     fn keyframes(&self, value: &Spanned<DeValue<'_>>) -> Result<Vec<Moment>, CliError> {
         let expected = "expected a list of { time, eye, target, fov-y }, with at least one";
-        let DeValue::Array(list) = value.get_ref() else { return Err(self.wrong("keyframes", value, expected)) };
+        let DeValue::Array(list) = value.get_ref() else { return Err(self.wrong("keyframes", value.span(), expected)) };
         let mut frames: Vec<Moment> = Vec::new();
         for entry in list {
             let DeValue::Table(table) = entry.get_ref() else {
-                return Err(self.wrong("keyframes", entry, expected));
+                return Err(self.wrong("keyframes", entry.span(), expected));
             };
             let frame = self.keyframe(entry.span().start, table)?;
             let place = entry.span().start;
@@ -239,7 +253,7 @@ impl Reader<'_> {
             frames.push(frame);
         }
         if frames.is_empty() {
-            return Err(self.wrong("keyframes", value, expected));
+            return Err(self.wrong("keyframes", value.span(), expected));
         }
         Ok(frames)
     }
@@ -251,7 +265,7 @@ impl Reader<'_> {
             let kind = if matches!(name, "eye" | "target") { Kind::Numbers } else { Kind::Number };
             let word = self.word(kind, value.get_ref()).and_then(|word| word.into_string().ok());
             let word = word.as_deref().unwrap_or_default();
-            let wrong = |reason: String| self.wrong(name, value, &reason);
+            let wrong = |reason: String| self.wrong(name, value.span(), &reason);
             match name {
                 "time" => time = Some(parse::time(word).map_err(wrong)?),
                 "eye" => frame.eye = Some(parse::position(word).map_err(wrong)?),
@@ -297,13 +311,13 @@ impl Reader<'_> {
     }
 
     /// The error for an invalid value.
-    fn wrong(&self, name: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> CliError {
-        let text: String = self.text[value.span()].split_whitespace().collect::<Vec<_>>().join(" ");
+    fn wrong(&self, name: &str, place: Range<usize>, expected: &str) -> CliError {
+        let text: String = self.text[place.clone()].split_whitespace().collect::<Vec<_>>().join(" ");
         let text = match text.char_indices().nth(60) {
             Some((end, _)) => format!("{} …", &text[..end]),
             None => text,
         };
-        self.error(value.span().start, &format!("{name} = {text}: not possible"), expected)
+        self.error(place.start, &format!("{name} = {text}: not possible"), expected)
     }
 
     /// An error at a byte offset of the file.
@@ -321,6 +335,18 @@ fn entries<'t>(table: &'t DeTable<'t>) -> Vec<Entry<'t>> {
         table.iter().map(|(name, value)| (name.get_ref().as_ref(), name.span(), value)).collect();
     entries.sort_by_key(|(_, span, _)| span.start);
     entries
+}
+
+/// The value of a setting as text: a number, a switch, a string or a list of numbers.
+fn scalar(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::String(text) => Some(text.to_string()),
+        DeValue::Boolean(on) => Some(if *on { "on" } else { "off" }.to_owned()),
+        DeValue::Array(list) => {
+            list.iter().map(|number| digits(number.get_ref())).collect::<Option<Vec<_>>>().map(|list| list.join(","))
+        }
+        number => digits(number),
+    }
 }
 
 /// A number in the command line's spelling.

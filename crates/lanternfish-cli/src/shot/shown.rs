@@ -5,7 +5,7 @@
 use std::ffi::OsString;
 
 use glam::Vec3;
-use lanternfish::settings::Settings;
+use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
     generate::Rain,
@@ -14,8 +14,8 @@ use lanternfish_scene::{
 use lanternfish_viewer::Moment;
 
 use super::{
-    Shot,
-    keys::{Key, keys},
+    Given, Shot,
+    keys::{Key, keys, of_id},
     parsed, write,
 };
 use crate::{camera, error::CliError, stereo};
@@ -107,26 +107,19 @@ impl Opened {
         let aspect = shown.size[0] as f32 / shown.size[1] as f32;
         let choose = |view| camera::choose(shown.scene, view, aspect);
         let stands = self.shot.path.is_none() && choose(&self.shot.args.view)? == *shown.camera;
-        let name_of = |id: &str| keys.iter().find(|key| key.id == id).map_or("", |key| key.name.as_str());
         // Unchanged eyes keep their spelling.
         let are_other_eyes = self.shot.args.stereo.stereo != shown.eyes;
         let stays = |(id, _): &&(String, OsString)| {
-            let name = name_of(id);
+            let name = of_id(&keys, id).name.as_str();
             let is_light = matches!(name, "point" | "disk" | "rectangle" | "sun" | "light-rig" | "size");
-            let is_setting = shown.settings.value(name).is_some();
             let is_other = name == "stereo" && are_other_eyes;
-            !(LEFT_BEHIND.contains(&name) || is_other || is_light || is_setting || (is_camera(name) && !stands))
+            !(LEFT_BEHIND.contains(&name) || is_other || is_light || (is_camera(name) && !stands))
         };
-        let mut words: Vec<_> = self.shot.words.iter().filter(stays).cloned().collect();
+        let mut flags: Vec<_> = self.shot.flags.iter().filter(stays).cloned().collect();
         let mut say = |name: &str, text: String| {
             let key = keys.iter().find(|key| key.name == name).expect("a flag of render");
-            words.push((key.id.clone(), text.into()));
+            flags.push((key.id.clone(), text.into()));
         };
-        for key in &keys {
-            if let Some(Some(text)) = shown.settings.value(&key.name) {
-                say(&key.name, text);
-            }
-        }
         say("size", format!("{}x{}", shown.size[0], shown.size[1]));
         if let Some(eyes) = shown.eyes.filter(|_| are_other_eyes) {
             say("stereo", stereo::text(eyes));
@@ -153,11 +146,12 @@ impl Opened {
             }
         }
         self.lights(shown, &mut say)?;
-        words.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
+        flags.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
 
         let scene = &self.shot.args.scene;
-        let args = parsed(scene, &words, &keys).map_err(|error| super::refused(scene, &error))?;
-        let shot = Shot { args, path: None, words };
+        let given = Given { flags, settings: GivenSettings::of(shown.settings) };
+        let args = parsed(scene, &given).map_err(|error| super::refused(scene, &error))?;
+        let shot = Shot { args, path: None, flags: given.flags };
         let said = shot.args.settings();
         if said != *shown.settings {
             let what = differing(&said, shown.settings);
@@ -219,20 +213,21 @@ pub fn text(shot: &Shot) -> Result<String, CliError> {
 
 /// The shot as a command line for a shell, without flags that have no effect.
 pub fn command_line(shot: &Shot) -> String {
-    let keys = keys();
-    let key_of = |id: &str| keys.iter().find(|key| key.id == id).expect("words are made from keys");
-    let settings = shot.args.settings();
-    let mut words = shot.words.clone();
-    for index in (0..words.len()).rev() {
-        let key = key_of(&words[index].0);
-        let word = words.remove(index);
-        let is_said_anyway = settings.value(&key.name).is_some()
-            && parsed(&shot.args.scene, &words, &keys).is_ok_and(|args| args.settings() == settings);
-        if !is_said_anyway && key.default() != Some(word.1.as_os_str()) {
-            words.insert(index, word);
+    let (keys, settings, mut given) = (keys(), shot.args.settings(), shot.args.given());
+    for key in keys.iter().rev().filter(|key| key.setting.is_some()) {
+        let without = given.only(|name| name != key.name);
+        if shot.args.settings_with(&without, without.frames()) == settings {
+            given = without;
         }
     }
-    let words = words.iter().filter_map(|(id, value)| key_of(id).word(value));
+    let texts: Vec<_> = given.texts().collect();
+    let words = keys.iter().flat_map(|key| {
+        let is_other = |value: &&OsString| key.default() != Some(value.as_os_str());
+        let own = shot.flags.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value).filter(is_other);
+        let setting = texts.iter().filter(|(name, _)| *name == key.name);
+        let setting = setting.map(|(name, text)| OsString::from(format!("--{name}={text}")));
+        own.filter_map(|value| key.word(value)).chain(setting).collect::<Vec<_>>()
+    });
     let scene = shot.args.scene.spelling().to_owned();
     let line = ["lanternfish".into(), "render".into(), scene].into_iter().chain(words);
     line.map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
@@ -301,7 +296,7 @@ fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
 /// The flags that differ between two settings, for an error.
 fn differing(a: &Settings, b: &Settings) -> String {
     let mut names: Vec<_> = keys().into_iter().map(|key: Key| key.name).collect();
-    names.retain(|name| a.value(name) != b.value(name));
+    names.retain(|name| a.get(name) != b.get(name));
     if names.is_empty() { "settings without a flag".to_owned() } else { names.join(", ") }
 }
 

@@ -57,7 +57,7 @@ pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
             return Err(CliError::new(what, "give a name without a folder"));
         }
         output::refuse_same(&[(file, "the shot")], &[(shot.args.scene.path(), "the scene")])?;
-        shot.words.retain(|(id, value)| id != "output" || !has_ending(Path::new(value), "toml"));
+        shot.flags.retain(|(id, value)| id != "output" || !has_ending(Path::new(value), "toml"));
     }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;
@@ -77,7 +77,7 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
     })?;
     let mut text = format!("{HEADER}\n# The scene: a file, or demo:NAME.\nscene = {}\n", quoted(named));
     let mut table = "";
-    let keys = keys();
+    let (keys, settings) = (keys(), shot.args.given());
     for key in &keys {
         if key.table != table {
             table = &key.table;
@@ -92,10 +92,12 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
             }
         }
         comment(&mut text, &key.help());
-        let said: Vec<&OsString> = shot.words.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value).collect();
-        let line = match (said.last(), key.default()) {
+        let own = shot.flags.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value.clone());
+        let setting = settings.texts().filter(|(name, _)| *name == key.name).map(|(_, text)| text.into());
+        let given: Vec<OsString> = own.chain(setting).collect();
+        let line = match (given.last(), key.default()) {
             (Some(_), _) if key.repeats => {
-                let values = said.iter().map(|value| Ok(format!("    {},\n", toml(key, value)?)));
+                let values = given.iter().map(|value| Ok(format!("    {},\n", toml(key, value)?)));
                 format!("{} = [\n{}]", key.name, values.collect::<Result<String, CliError>>()?)
             }
             (Some(value), _) => format!("{} = {}", key.name, toml(key, value)?),

@@ -7,7 +7,7 @@ use lanternfish::{
     settings::Preset,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
-use lanternfish_scene::Named;
+use lanternfish_scene::{Named, Setting as _};
 
 use super::State;
 
@@ -78,13 +78,10 @@ fn technique<K: Kind + ?Sized>(
     message: &mut String,
     unfold: Option<bool>,
 ) {
-    let all = Choice::<K>::all();
-    let techniques = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
-    let names: Vec<_> = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(techniques).collect();
     let say = |choice: &Choice<K>| Some(choice.name().to_owned());
     let first = K::HELP.lines().next().unwrap_or(K::HELP);
     let choice = ParameterInfo::new(K::FLAG, "NAME", Range::Names, first);
-    let value = Value { now: say(chosen), default: say(defaults), names };
+    let value = Value { now: say(chosen), default: say(defaults), names: chosen.names() };
     if let Some(text) = widget(ui, &choice, &value) {
         let of_defaults = (defaults.name() == text).then(|| defaults.clone());
         *chosen = of_defaults.or_else(|| Choice::named(&text)).unwrap_or_else(|| chosen.clone());
@@ -95,9 +92,9 @@ fn technique<K: Kind + ?Sized>(
     let plain = if defaults.name() == name { Some(defaults.clone()) } else { Choice::named(name) };
     let plain = plain.unwrap_or_else(|| chosen.clone());
     egui::CollapsingHeader::new(format!("{} {name}", K::FLAG)).open(unfold).show(ui, |ui| {
-        for (info, names) in parameters {
+        for (info, own) in parameters {
             let get = |choice: &Choice<K>| choice.technique().and_then(|technique| technique.get(info.name));
-            let value = Value { now: get(chosen), default: get(&plain), names };
+            let value = Value { now: own.text(), default: get(&plain), names: own.names() };
             if let (Some(text), Some(technique)) = (widget(ui, &info, &value), chosen.technique_mut()) {
                 tell(message, info.name, technique.set(info.name, &text));
             }
@@ -110,7 +107,7 @@ fn widget(ui: &mut Ui, info: &ParameterInfo, value: &Value) -> Option<String> {
     let shown = value.now.clone().unwrap_or_default();
     let mut changed = None;
     ui.horizontal(|ui| {
-        let label = ui.label(info.name).on_hover_text(info.help);
+        let label = ui.label(info.name).on_hover_text(info.text());
         let response = match info.range {
             Range::Names | Range::Numbers => choice(ui, info, value, &mut changed),
             Range::Switch(..) => {

@@ -56,9 +56,9 @@ fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Rando
     if parameters.is_empty() {
         return;
     }
-    let (info, names) = &parameters[(random.unit() * parameters.len() as f64) as usize];
+    let (info, now) = &parameters[(random.unit() * parameters.len() as f64) as usize];
     // A rejected value changes nothing.
-    let _ = technique.set(info.name, &value(info, names, random));
+    let _ = technique.set(info.name, &value(info, &now.names(), random));
 }
 
 /// Changes one setting of the panels at random.

@@ -5,7 +5,7 @@ use lanternfish_scene::Bounds;
 
 use super::{
     DirectPasses, DirectTechnique,
-    sampled::{CHOICE, DENOISE, LightRays, RAYS, SampledLights, SampledPasses},
+    sampled::{LightSamples, SampledLights, SampledPasses},
 };
 use crate::{
     error::RenderError,
@@ -35,9 +35,9 @@ impl Technique for AutoLights {
     const NAME: &'static str = "auto";
     const SUMMARY: &'static str = "sampled where many lights reach a point, otherwise all";
     const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: RAYS, of: |auto| &mut auto.0.rays },
-        Parameter { info: CHOICE, of: |auto| &mut auto.0.choice },
-        Parameter { info: DENOISE, of: |auto| &mut auto.0.denoise },
+        Parameter { info: SampledLights::ROWS[0].info, of: |auto| &mut auto.0.light_samples },
+        Parameter { info: SampledLights::ROWS[1].info, of: |auto| &mut auto.0.choice },
+        Parameter { info: SampledLights::ROWS[2].info, of: |auto| &mut auto.0.denoise },
     ];
     const SHADERS: Shaders = Shaders::new(&[], &[]);
 }
@@ -55,13 +55,13 @@ impl DirectTechnique for AutoLights {
     ) -> Result<Box<dyn DirectPasses>, RenderError> {
         let is_hardware = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
         let by_shadows = if tracer.is_some() { 1.0 } else { WITHOUT_SHADOWS };
-        let most = by_shadows * most_in_reach(self.0.rays, is_hardware);
+        let most = by_shadows * most_in_reach(self.0.light_samples, is_hardware);
         Ok(Box::new(SampledPasses::new(device, self.0, settings, tracer)?.beyond(most)))
     }
 }
 
 /// Entry of the table.
-fn most_in_reach(rays: LightRays, is_hardware: bool) -> f32 {
+fn most_in_reach(rays: LightSamples, is_hardware: bool) -> f32 {
     MOST_IN_REACH[usize::from(is_hardware)][rays as usize]
 }
 
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn more_rays_need_more_lights() {
         for is_hardware in [false, true] {
-            let most: Vec<f32> = LightRays::ALL.iter().map(|rays| most_in_reach(*rays, is_hardware)).collect();
+            let most: Vec<f32> = LightSamples::ALL.iter().map(|rays| most_in_reach(*rays, is_hardware)).collect();
             assert!(most.is_sorted(), "{most:?}");
         }
         assert!(Direct::all().iter().any(|direct| direct.name() == AutoLights::NAME));

@@ -63,7 +63,7 @@ pub trait DirectPasses: Send + fmt::Debug {
         None
     }
 
-    /// Parameters for transparent surfaces, which draw their own samples: bound as `light_samples`.
+    /// Parameters for transparent surfaces, which draw their own samples: bound as `direct_sampling`.
     fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart;
 
     /// Records the passes that compute the direct light of a view's surface, one sample per pixel.

@@ -1,7 +1,9 @@
 //! All that front ends offer, by name: settings, choices of techniques, and their parameters.
 
+use lanternfish_scene::Value;
+
 use super::{Settings, Structure, structure};
-use crate::technique::{AnyTechnique, Choice, Kind, ParameterInfo, Range, data};
+use crate::technique::{AnyTechnique, Choice, Kind, ParameterInfo, Range};
 
 /// A setting, a choice of a technique, or a parameter of one: a flag, a key of a shot, a row of a report.
 #[derive(Clone, Debug)]
@@ -10,34 +12,42 @@ pub struct AnyParameter {
     pub kind: &'static str,
     /// The name, values and help.
     pub info: ParameterInfo,
-    /// The names of its values, with help, if it has names.
-    pub names: Vec<(&'static str, &'static str)>,
-    /// The default, if there is one.
-    pub default: Option<String>,
+    /// The default.
+    pub value: Value,
 }
 
-/// A choice of any kind. The outer `None`: the kind has no such parameter.
+impl AnyParameter {
+    /// The names of its values, with help, if it has names.
+    #[doc(hidden)]
+    pub fn names(&self) -> Vec<(&'static str, &'static str)> {
+        self.value.names()
+    }
+
+    /// A value from text; the error says what was expected.
+    #[doc(hidden)]
+    pub fn read(&self, text: &str) -> Result<Value, String> {
+        self.info.read(&self.value, text)
+    }
+}
+
+/// A choice of any kind. `None`: the kind has no such parameter; the inner one: the chosen technique has not.
 trait AnyChoice {
     fn parameters(&self) -> Vec<AnyParameter>;
-    fn value(&self, name: &str) -> Option<Option<String>>;
+    fn value(&self, name: &str) -> Option<Option<Value>>;
     /// Ignores parameters of other techniques of the kind.
-    fn set(&mut self, name: &str, text: &str) -> Option<Result<(), String>>;
-    /// As `set` on a technique that has the parameter.
-    fn check(&self, name: &str, text: &str) -> Option<Result<(), String>>;
+    fn take(&mut self, name: &str, value: &Value) -> Option<()>;
 }
 
 fn has<K: AnyTechnique + ?Sized>(choice: &Choice<K>, name: &str) -> bool {
-    choice.technique().is_some_and(|technique| technique.parameters().iter().any(|(info, _)| info.name == name))
+    choice.technique().is_some_and(|technique| technique.value(name).is_some())
 }
 
 /// The parameters of these techniques, without duplicates.
 fn of_techniques<K: AnyTechnique + ?Sized>(kind: &'static str, all: &[Choice<K>]) -> Vec<AnyParameter> {
     let mut found: Vec<AnyParameter> = Vec::new();
-    for technique in all.iter().filter_map(Choice::technique) {
-        for (info, names) in technique.parameters() {
-            if found.iter().all(|other| other.info.name != info.name) {
-                found.push(AnyParameter { kind, info, names, default: technique.get(info.name) });
-            }
+    for (info, value) in all.iter().filter_map(Choice::technique).flat_map(AnyTechnique::parameters) {
+        if found.iter().all(|other| other.info.name != info.name) {
+            found.push(AnyParameter { kind, info, value });
         }
     }
     found
@@ -45,37 +55,35 @@ fn of_techniques<K: AnyTechnique + ?Sized>(kind: &'static str, all: &[Choice<K>]
 
 impl<K: Kind + ?Sized> AnyChoice for Choice<K> {
     fn parameters(&self) -> Vec<AnyParameter> {
-        let all = Self::all();
-        let summaries = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
-        let names = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(summaries).collect();
         let info = ParameterInfo {
             shows_default: K::HAS_ONE_DEFAULT,
             is_everyday: K::IS_EVERYDAY,
             ..ParameterInfo::new(K::FLAG, "NAME", Range::Names, K::HELP)
         };
-        let choice = AnyParameter { kind: K::FLAG, info, names, default: Some(Self::default().name().to_owned()) };
-        [vec![choice], of_techniques(K::FLAG, &all)].concat()
+        let choice = AnyParameter { kind: K::FLAG, info, value: Value::of(&Self::default()) };
+        [vec![choice], of_techniques(K::FLAG, &Self::all())].concat()
     }
 
-    fn value(&self, name: &str) -> Option<Option<String>> {
+    fn value(&self, name: &str) -> Option<Option<Value>> {
         if name == K::FLAG {
-            return Some(Some(self.name().to_owned()));
+            // With default parameters, which have values of their own.
+            let named = Self::named(self.name());
+            return Some(Some(Value::of(named.as_ref().unwrap_or(self))));
         }
-        let own = || self.technique().and_then(|technique| technique.get(name));
+        let own = || self.technique().and_then(|technique| technique.value(name));
         Self::all().iter().any(|other| has(other, name)).then(own)
     }
 
-    fn set(&mut self, name: &str, text: &str) -> Option<Result<(), String>> {
+    fn take(&mut self, name: &str, value: &Value) -> Option<()> {
         if name == K::FLAG {
-            return Some(data::find(text, K::NONE_NAME, Self::all()).map(|chosen| *self = chosen));
+            self.clone_from(value.get()?);
+            return Some(());
         }
-        self.value(name)?;
-        Some(self.technique_mut().map_or(Ok(()), |technique| technique.set(name, text)))
-    }
-
-    fn check(&self, name: &str, text: &str) -> Option<Result<(), String>> {
-        let first = Self::all().into_iter().find(|other| has(other, name));
-        first.unwrap_or_else(|| self.clone()).set(name, text)
+        AnyChoice::value(self, name)?;
+        if let Some(technique) = self.technique_mut() {
+            technique.take(name, value);
+        }
+        Some(())
     }
 }
 
@@ -90,22 +98,18 @@ impl AnyChoice for Structure {
         of_techniques("structure", &structure::all())
     }
 
-    fn value(&self, name: &str) -> Option<Option<String>> {
+    fn value(&self, name: &str) -> Option<Option<Value>> {
         let usual = structure_with(name)?;
         let chosen = if has(self, name) { self } else { &usual };
-        chosen.technique().map(|technique| technique.get(name))
+        chosen.technique().map(|technique| technique.value(name))
     }
 
-    fn set(&mut self, name: &str, text: &str) -> Option<Result<(), String>> {
+    fn take(&mut self, name: &str, value: &Value) -> Option<()> {
         let usual = structure_with(name)?;
         let mut chosen = if has(self, name) { self.clone() } else { usual.clone() };
-        let result = chosen.technique_mut()?.set(name, text);
+        chosen.technique_mut()?.take(name, value);
         *self = if chosen == usual { Self::NONE } else { chosen };
-        Some(result)
-    }
-
-    fn check(&self, name: &str, text: &str) -> Option<Result<(), String>> {
-        self.clone().set(name, text)
+        Some(())
     }
 }
 
@@ -117,45 +121,45 @@ impl Settings {
     /// Everything that front ends offer. Names are unique.
     pub fn parameters() -> Vec<AnyParameter> {
         let mut usual = Self::default();
-        let own = Self::PARAMETERS.iter().map(|parameter| {
-            let (info, value) = (parameter.info, (parameter.of)(&mut usual));
-            AnyParameter { kind: "", info, names: value.names(), default: value.text() }
+        let own = Self::PARAMETERS.iter().map(|entry| {
+            let value = Value::of((entry.of)(&mut usual));
+            AnyParameter { kind: "", info: entry.info, value }
         });
         let own: Vec<_> = own.collect();
         usual.choices().into_iter().flat_map(|choice| choice.parameters()).chain(own).collect()
     }
 
-    /// The value of [`Self::PARAMETERS`], of a choice of technique or of a parameter, as text. The outer `None`: there is none of this
-    /// name; the inner one: it is not set, or belongs to another technique than the chosen one.
+    /// The value of one of [`Self::parameters`]. `None`: there is none of this name; the inner one: it belongs to another technique than the
+    /// chosen one.
     #[doc(hidden)]
-    pub fn value(&self, name: &str) -> Option<Option<String>> {
+    pub fn value(&self, name: &str) -> Option<Option<Value>> {
         let mut settings = self.clone();
         if let Some(entry) = Self::PARAMETERS.iter().find(|entry| entry.info.name == name) {
-            return Some((entry.of)(&mut settings).text());
+            return Some(Some(Value::of((entry.of)(&mut settings))));
         }
         settings.choices().into_iter().find_map(|choice| choice.value(name))
     }
 
-    /// [`Self::value`], without the difference between its two `None`.
+    /// The value of one of [`Self::parameters`] as text, if it is set and belongs to a chosen technique.
     pub fn get(&self, name: &str) -> Option<String> {
-        self.value(name).flatten()
+        self.value(name)??.text()
     }
 
     /// Sets one of [`Self::parameters`] from text, or returns the expected values. A parameter of a technique that is not chosen changes
     /// nothing.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), String> {
-        if let Some(entry) = Self::PARAMETERS.iter().find(|entry| entry.info.name == name) {
-            return entry.read(self, text);
-        }
-        let done = self.choices().into_iter().find_map(|choice| choice.set(name, text));
-        done.unwrap_or_else(|| Err(format!("there is no setting {name}")))
+        let named = Self::parameters().into_iter().find(|entry| entry.info.name == name);
+        let value = named.ok_or_else(|| format!("there is no setting {name}"))?.read(text)?;
+        self.take(name, &value);
+        Ok(())
     }
 
-    /// The error of [`Self::set`] with this value if the technique is chosen that has the parameter.
-    #[doc(hidden)]
-    pub fn check(name: &str, text: &str) -> Result<(), String> {
-        let mut settings = Self::default();
-        let checked = settings.choices().into_iter().find_map(|choice| choice.check(name, text));
-        checked.unwrap_or_else(|| settings.set(name, text))
+    /// Sets one of [`Self::parameters`] to a value that was read for this name, as [`Self::set`].
+    pub(super) fn take(&mut self, name: &str, value: &Value) {
+        if let Some(entry) = Self::PARAMETERS.iter().find(|entry| entry.info.name == name) {
+            return (entry.of)(self).assign(&**value);
+        }
+        let taken = self.choices().into_iter().find_map(|choice| choice.take(name, value));
+        assert!(taken.is_some(), "{name}: no setting takes {value:?}");
     }
 }

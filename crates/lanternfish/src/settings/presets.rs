@@ -2,7 +2,7 @@
 
 use lanternfish_scene::named_enum;
 
-use super::{Antialiasing, Culling, Direct, History, Occlusion, Samples, Settings};
+use super::{Antialiasing, Direct, History, Settings};
 use crate::indirect::{Indirect, Quality};
 
 named_enum! {
@@ -51,41 +51,7 @@ impl Settings {
         }
         settings
     }
-
-    /// The settings of a preset with other techniques, by name and value as for [`Self::set`], which have its effort; for a mean of `frames`.
-    #[doc(hidden)]
-    pub fn of_choices<'a>(
-        preset: Preset,
-        choices: impl IntoIterator<Item = (&'a str, &'a str)>,
-        frames: u32,
-    ) -> Result<Self, String> {
-        let (mut settings, quality) = (Self::of_preset(preset), preset.quality());
-        for (name, text) in choices {
-            settings.set(name, text)?;
-            if name == Indirect::FLAG {
-                settings.indirect = settings.indirect.of_quality(quality);
-            }
-        }
-        // Averaged frames jitter the sample position, so edges are smooth without multisampling; with multisampling too, edges smear
-        // over neighbouring pixels.
-        settings.image.samples = match settings.indirect.is_none() {
-            _ if frames >= SMOOTH_FRAMES => Samples::One,
-            true => Self::direct_light().image.samples,
-            false => quality.samples(),
-        };
-        Ok(settings.with_accumulate(frames))
-    }
-
-    /// True if [`Self::of_choices`] sets this.
-    #[doc(hidden)]
-    pub fn is_choice(name: &str) -> bool {
-        [Direct::FLAG, Culling::FLAG, Indirect::FLAG, Occlusion::FLAG].contains(&name)
-    }
 }
-
-/// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
-/// give more accurate edges.
-const SMOOTH_FRAMES: u32 = 32;
 
 /// All that the preset for moving views names is on, and the other presets differ from direct light in what they name.
 #[cfg(test)]

@@ -77,3 +77,23 @@ fn names_are_parsed_and_others_are_rejected_with_the_list() {
     }
     assert!("16px".parse::<TileSize>().unwrap_err().contains("8, 16, 32"));
 }
+
+/// Every setting can be read back from its text, and every named value is accepted.
+#[test]
+fn every_setting_is_written_and_parsed() {
+    for parameter in Settings::PARAMETERS {
+        let (name, usual) = (parameter.info.name, Settings::default());
+        let mut settings = usual.clone();
+        if let Some(text) = usual.get(name) {
+            settings.set(name, &text).unwrap();
+        }
+        assert!(settings == usual, "{name}");
+        for (value, _) in (parameter.of)(&mut settings.clone()).names() {
+            settings.set(name, value).unwrap();
+            assert_eq!(settings.get(name).as_deref().unwrap_or("none"), value, "{name}");
+        }
+        let mistaken = settings.set(name, "no such thing").unwrap_err();
+        assert!(mistaken.starts_with("expected"), "{name}: {mistaken}");
+    }
+    assert!(Settings::default().set("colour", "1").is_err());
+}

@@ -98,7 +98,7 @@ impl DirectFrom<'_> {
     fn bindings(&self) -> Bindings<'_> {
         match self {
             Self::Lists(lists) => lists.bindings(),
-            Self::Samples(parameters) => Bindings::new().part("light_samples", parameters),
+            Self::Samples(parameters) => Bindings::new().part("direct_sampling", parameters),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderedImage,
-    techniques::{LightRays, SampledLights},
+    techniques::{LightSamples, SampledLights},
 };
 use lanternfish_cli::{
     error::CliError,
@@ -47,7 +47,8 @@ impl DirectLight {
             .fixed("frame_ms", "frame, ms", 1, frame_ms(&best.report.passes))
             .fixed("flip", "FLIP", 4, hdr_flip(&pair)?)
             .fixed("p99", "p99", 3, percentile(&pair, 0.99));
-        let is_averaged = settings.direct.get::<SampledLights>().is_some_and(|lights| lights.rays == LightRays::Four);
+        let is_averaged =
+            settings.direct.get::<SampledLights>().is_some_and(|lights| lights.light_samples == LightSamples::Four);
         if !is_averaged {
             return Ok(row.text("mean_energy", "mean: energy", "").text("mean_flip", "FLIP", "").text("z", "z", ""));
         }

@@ -109,9 +109,9 @@ fn unlimited(view: &View, count: u32) -> View {
 
 #[test]
 fn every_number_of_rays_has_a_frame() {
-    use lanternfish::techniques::{LightRays, SampledLights};
+    use lanternfish::techniques::{LightSamples, SampledLights};
     let cases = cases(&Settings::direct_light(), |_| true);
-    let rays = |case: &Case| case.settings.direct.get::<SampledLights>().map(|lights| lights.rays);
-    assert!(LightRays::ALL.iter().all(|wanted| cases.iter().any(|case| rays(case) == Some(*wanted))), "{cases:?}");
+    let rays = |case: &Case| case.settings.direct.get::<SampledLights>().map(|lights| lights.light_samples);
+    assert!(LightSamples::ALL.iter().all(|wanted| cases.iter().any(|case| rays(case) == Some(*wanted))), "{cases:?}");
     assert!(cases[0].settings.direct.is_none());
 }

@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn sponza_is_the_shot_of_the_docs() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/shots/sponza-ten.toml");
-        let docs = shot::read(&path, Vec::new()).unwrap();
+        let docs = shot::read(&path).unwrap();
         let ours = SHOTS.iter().find(|shot| shot.name == "sponza-ten").unwrap().args(None).unwrap();
         assert_eq!(ours.lights.points, docs.args.lights.points);
         assert_eq!(ours.settings().lights.range_threshold, docs.args.settings().lights.range_threshold);

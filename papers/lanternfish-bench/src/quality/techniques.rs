@@ -6,11 +6,11 @@
 
 use lanternfish::{
     settings::{Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
-    technique::AnyTechnique,
-    techniques::{LightRays, Sampled},
+    technique::{AnyTechnique, ParameterInfo},
+    techniques::{LightSamples, Sampled},
 };
 use lanternfish_papers::Deep;
-use lanternfish_scene::Named;
+use lanternfish_scene::{Named, Value};
 
 use crate::{
     case::{Case, ONE_BOUNCE, changed},
@@ -113,7 +113,7 @@ impl Rows<'_> {
         for name in Culling::all().iter().map(Culling::name) {
             self.direct(&format!("culling {name}"), &format!("culling {name}"));
         }
-        let rays = LightRays::ALL.iter().map(|rays| format!("sampled, light-samples {rays}"));
+        let rays = LightSamples::ALL.iter().map(|rays| format!("sampled, light-samples {rays}"));
         for name in Direct::all().iter().map(|direct| direct.name().to_owned()).chain(rays) {
             self.direct(&format!("direct {name}"), &format!("direct {name}"));
         }
@@ -191,9 +191,9 @@ impl Rows<'_> {
                 &format!("images 64, indirect {name}"),
             );
             let parameters = technique.technique().map(AnyTechnique::parameters).unwrap_or_default();
-            for (parameter, (value, _)) in
-                parameters.iter().flat_map(|(info, values)| values.iter().map(|value| (info.name, *value)))
-            {
+            let named =
+                |(info, now): (ParameterInfo, Value)| now.names().into_iter().map(move |(name, _)| (info.name, name));
+            for (parameter, value) in parameters.into_iter().flat_map(named) {
                 let change = format!("{name}, {parameter} {value}");
                 let settings = changed(self.default, &format!("materials lambert, images 64, indirect {change}"));
                 if settings.indirect != technique {

@@ -12,19 +12,16 @@ use lanternfish_scene::generate::demo;
 use super::*;
 use crate::{
     cli::{Cli, Command},
-    scene::SceneName,
     shot,
 };
 
 /// The window's scene for these flags, without a rig.
 fn opened(flags: &str) -> (Opened, Scene) {
-    let keys = keys();
-    let words = flags.split_whitespace().map(|flag| {
+    let flags = flags.split_whitespace().map(|flag| {
         let (name, value) = flag.trim_start_matches('-').split_once('=').unwrap();
-        (keys.iter().find(|key| key.name == name).unwrap().id.clone(), OsString::from(value))
+        (name.to_owned(), value.to_owned())
     });
-    let (scene_name, words) = (SceneName::from("demo:cornell"), words.collect::<Vec<_>>());
-    let shot = Shot { args: parsed(&scene_name, &words, &keys).unwrap(), path: None, words };
+    let shot = shot::with_flags(&"demo:cornell".into(), None, &flags.collect::<Vec<_>>()).unwrap();
     let mut scene = demo("cornell").unwrap();
     let rain = crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
     let camera = camera::choose(&scene, &shot.args.view, 1.5).unwrap();
@@ -41,7 +38,7 @@ fn read_again(shot: &Shot) -> (Shot, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("seen.toml");
     fs::write(&path, text(shot).unwrap()).unwrap();
-    let shot = shot::read(&path, Vec::new()).unwrap();
+    let shot = shot::read(&path).unwrap();
     let mut scene = demo("cornell").unwrap();
     crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
     (shot, scene)

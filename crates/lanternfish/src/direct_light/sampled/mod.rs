@@ -21,11 +21,12 @@ use crate::{
     },
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
+    parameters,
     prepass::Surface,
     rays::{self, SceneKernel, Tracer},
     settings::{History, Settings},
     shaders::{Root, Shaders},
-    technique::{Parameter, ParameterInfo, Range, Technique},
+    technique::{Parameter, Range, Technique},
 };
 
 /// Tiles of pixels walk the upper part of the light trees together.
@@ -35,13 +36,13 @@ pub(crate) const EMISSION: Feature = Feature::new("emission");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<LightSamples>()]);
+    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<DirectSampling>()]);
 
 gpu_struct! {
     /// Parameters of sampled direct light.
-    pub struct LightSamples {
+    pub struct DirectSampling {
         /// Shadow rays a pixel at most.
-        rays: u32,
+        light_samples: u32,
         /// Candidates a pixel at most.
         candidates: u32,
         /// Index of the frame in the sequences of a pixel's random numbers.
@@ -56,7 +57,7 @@ gpu_struct! {
 named_enum! {
     /// Shadow rays a pixel.
     #[derive(Default)]
-    LightRays {
+    LightSamples {
         /// One.
         One = "1": "Fastest, most noise",
         /// Two.
@@ -69,7 +70,7 @@ named_enum! {
     }
 }
 
-impl LightRays {
+impl LightSamples {
     /// The number of rays.
     pub const fn count(self) -> u32 {
         match self {
@@ -105,15 +106,17 @@ named_enum! {
     }
 }
 
-/// Direct light from a fixed number of shadow rays a pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SampledLights {
-    /// Shadow rays a pixel at most. More: less noise, slower.
-    pub rays: LightRays,
-    /// Choice of the lights.
-    pub choice: LightChoice,
-    /// The filter.
-    pub denoise: Denoise,
+parameters! {
+    /// Direct light from a fixed number of shadow rays a pixel.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct SampledLights {
+        /// Shadow rays a pixel, for any number of lights. More: less noise, slower.
+        light_samples: LightSamples = LightSamples::Four, "light-samples" "N" Range::Numbers;
+        /// Choice of the lights that get a ray.
+        choice: LightChoice = LightChoice::Tree, "light-choice" "NAME" Range::Names;
+        /// Filter of noisy direct light.
+        denoise: Denoise = Denoise::On, "denoise" "ON|OFF" Range::Names;
+    }
 }
 
 /// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer, or light would flicker.
@@ -126,28 +129,10 @@ const CANDIDATES_A_RAY: u32 = 4;
 /// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
 const CANDIDATES: [u32; 2] = [8, 32];
 
-/// The parameter for [`LightRays`].
-pub(super) const RAYS: ParameterInfo = ParameterInfo::new(
-    "light-samples",
-    "N",
-    Range::Numbers,
-    "Shadow rays a pixel, for any number of lights. More: less noise, slower",
-);
-/// The parameter for [`LightChoice`].
-pub(super) const CHOICE: ParameterInfo =
-    ParameterInfo::new("light-choice", "NAME", Range::Names, "Choice of the lights that get a ray");
-/// The parameter for [`Denoise`].
-pub(super) const DENOISE: ParameterInfo =
-    ParameterInfo::new("denoise", "ON|OFF", Range::Names, "Filter of noisy direct light");
-
 impl Technique for SampledLights {
     const NAME: &'static str = "sampled";
     const SUMMARY: &'static str = "A fixed number of shadow rays a pixel, to lights drawn from a tree";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: RAYS, of: |sampled| &mut sampled.rays },
-        Parameter { info: CHOICE, of: |sampled| &mut sampled.choice },
-        Parameter { info: DENOISE, of: |sampled| &mut sampled.denoise },
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 
@@ -230,12 +215,12 @@ impl SampledPasses {
         Self { least_in_reach: Some(lights), ..self }
     }
 
-    fn samples(&self, view: &ViewContext<'_>) -> LightSamples {
-        let rays = self.technique.rays.count();
+    fn samples(&self, view: &ViewContext<'_>) -> DirectSampling {
+        let light_samples = self.technique.light_samples.count();
         let [least, most] = CANDIDATES;
-        LightSamples {
-            rays,
-            candidates: (CANDIDATES_A_RAY * rays).clamp(least, most),
+        DirectSampling {
+            light_samples,
+            candidates: (CANDIDATES_A_RAY * light_samples).clamp(least, most),
             frame: view.view.random_index,
             has_filter: u32::from(self.technique.denoise == Denoise::On),
             is_uniform: u32::from(self.technique.choice == LightChoice::Uniform),
@@ -270,7 +255,7 @@ impl DirectPasses for SampledPasses {
         let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
         let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/candidates"])?;
         let bindings =
-            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("light_samples", &samples);
+            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
         let bindings = bindings
             .texture("certain_light", &certain)
             .texture("filtered", &found)

@@ -11,6 +11,7 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{IndirectPasses, IndirectTechnique, Quality, radiance_cache::Bounces},
+    parameters,
     rays::{Tracer, TracerChoice},
     settings::{Materials, Settings},
     shaders::Shaders,
@@ -24,37 +25,41 @@ pub(super) const MOST_SAMPLES: u32 = 128;
 /// Largest factor by which an image's first frame has more rays.
 pub(super) const MOST_FIRST_RAYS: u32 = 8;
 
-/// Indirect light by rays from every pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sampled {
-    /// Diffuse (cosine-distributed) rays per pixel, 1 to 4096. More: less noise, slower.
-    pub diffuse_rays: u32,
-    /// Factor by which an image's first frame has more diffuse rays, 1 to 8, if the radiance cache lights hits: that frame has no history. More: less
-    /// noise in an image of one frame, slower.
-    pub first_rays: u32,
-    /// Glossy (GGX) rays per pixel, 0 to 4096. More: less noise on glossy surfaces, slower; 0: no glossy indirect light.
-    pub glossy_rays: u32,
-    /// Tracer of the rays.
-    pub tracer: TracerChoice,
-    /// Pixels from which rays start.
-    pub resolution: IndirectResolution,
-    /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. More: less noise, softer detail.
-    /// Over n frames the radius, and with it the bias, shrinks with the sixth root of n.
-    pub filter_radius: u32,
-    /// Firefly clamp. On: no fireflies. With a filter, light that few rays hit is redistributed over more pixels; without one, some of it is lost.
-    pub clamp: IndirectClamp,
-    /// Source of the radiance of ray hits.
-    pub hit_light: HitLight,
-    /// Largest number of reflections before light reaches the visible surface. All: every bounce with [`HitLight::Cached`], one with
-    /// [`HitLight::Shaded`].
-    pub bounces: Bounces,
-    /// Largest capacity of the radiance cache, 64 to 524,288 entries, rounded up to a power of two. It starts at 131,072 and grows. More: fewer hits are
-    /// shaded because the cache is full. Memory per entry: about 300 bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with
-    /// a second table, 410, 1,100 and 1,800.
-    pub cache_entries: u32,
-    /// Most samples per entry of the radiance cache in an image's first frame, at least 1: as many for entries that most rounds of pixels' rays hit, down
-    /// to an eighth for others. More: less noise in an image of one frame, more complete bounces, slower.
-    pub cache_samples: u32,
+parameters! {
+    /// Indirect light by rays from every pixel.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Sampled {
+        /// Diffuse rays per pixel; in an image's first frame `first-rays` times as many. More: less noise, slower.
+        diffuse_rays: u32 = 8, "indirect-rays" "N" Range::Count(1, 4096);
+        /// Factor of diffuse rays in an image's first frame, which has no history, with `hit-light cached`. More: less noise,
+        /// slower.
+        first_rays: u32 = 2, "first-rays" "N" Range::Count(1, MOST_FIRST_RAYS);
+        /// Glossy rays per pixel. More: less noise in reflections, slower. 0: no glossy indirect light.
+        glossy_rays: u32 = 4, "glossy-rays" "N" Range::Count(0, 4096);
+        /// Tracer of these rays.
+        tracer: TracerChoice = TracerChoice::Auto, "indirect-tracer" "NAME" Range::Names;
+        /// Pixels from which rays start.
+        resolution: IndirectResolution = IndirectResolution::Full => RESOLUTION;
+        /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. Over n frames the radius,
+        /// and with it the bias, shrinks with the sixth root of n.
+        filter_radius: u32 = 8 => FILTER;
+        /// Firefly clamp. With a filter, light that few rays hit is redistributed over more pixels; without one, some of it is
+        /// lost.
+        clamp: IndirectClamp = IndirectClamp::On => CLAMP;
+        /// Shading of ray hits.
+        hit_light: HitLight = HitLight::Cached, "hit-light" "NAME" Range::Names;
+        /// Maximum number of bounces, 1 to 8, or all (one if hits are shaded). 2 to 8: with `hit-light cached`.
+        bounces: Bounces = Bounces::All, "bounces" "N|all" Range::Names;
+        /// Largest capacity of the radiance cache, entries. More: fewer hits without an entry.
+        ///
+        /// It is rounded up to a power of two. The cache starts at 131,072 entries and grows. Memory per entry: about 300
+        /// bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with a second table, 410, 1,100 and 1,800.
+        cache_entries: u32 = 1 << 18, "cache-entries" "N" Range::Count(LEAST_ENTRIES, MOST_ENTRIES);
+        /// Most samples per cache entry in an image's first frame. More: less noise, slower.
+        ///
+        /// As many for entries that most rays of pixels hit, down to an eighth for others.
+        cache_samples: u32 = 16, "cache-samples" "N" Range::Count(1, MOST_SAMPLES);
+    }
 }
 
 named_enum! {
@@ -70,12 +75,6 @@ named_enum! {
     }
 }
 
-impl Default for Sampled {
-    fn default() -> Self {
-        Quality::default().sampled()
-    }
-}
-
 impl Sampled {
     /// The same number of rays in every frame, with shaded hits: one bounce.
     pub const fn one_bounce(self) -> Self {
@@ -86,19 +85,7 @@ impl Sampled {
 impl Quality {
     /// Parameters of this quality.
     pub const fn sampled(self) -> Sampled {
-        let good = Sampled {
-            diffuse_rays: 8,
-            first_rays: 2,
-            glossy_rays: 4,
-            tracer: TracerChoice::Auto,
-            resolution: IndirectResolution::Full,
-            filter_radius: 8,
-            clamp: IndirectClamp::On,
-            hit_light: HitLight::Cached,
-            bounces: Bounces::All,
-            cache_entries: 1 << 18,
-            cache_samples: 16,
-        };
+        let good = Sampled::DEFAULT;
         match self {
             Self::Draft => {
                 Sampled { diffuse_rays: 4, first_rays: 1, glossy_rays: 1, resolution: IndirectResolution::Half, ..good }
@@ -112,56 +99,7 @@ impl Quality {
 impl Technique for Sampled {
     const NAME: &'static str = "sampled";
     const SUMMARY: &'static str = "Rays from every pixel, lit by the radiance cache";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter::new(
-            "indirect-rays",
-            "N",
-            Range::Count(1, 4096),
-            "Diffuse rays per pixel; in an image's first frame `first-rays` times as many. More: less noise, slower",
-            |sampled| &mut sampled.diffuse_rays,
-        ),
-        Parameter::new(
-            "first-rays",
-            "N",
-            Range::Count(1, MOST_FIRST_RAYS),
-            "Factor of diffuse rays in an image's first frame, with `hit-light cached`. More: less noise, slower",
-            |sampled| &mut sampled.first_rays,
-        ),
-        Parameter::new(
-            "glossy-rays",
-            "N",
-            Range::Count(0, 4096),
-            "Glossy rays per pixel. More: less noise in reflections, slower",
-            |sampled| &mut sampled.glossy_rays,
-        ),
-        Parameter::new("indirect-tracer", "NAME", Range::Names, "Tracer of these rays", |sampled| &mut sampled.tracer),
-        Parameter { info: RESOLUTION, of: |sampled| &mut sampled.resolution },
-        Parameter { info: FILTER, of: |sampled| &mut sampled.filter_radius },
-        Parameter { info: CLAMP, of: |sampled| &mut sampled.clamp },
-        Parameter::new("hit-light", "NAME", Range::Names, "Shading of ray hits", |sampled| &mut sampled.hit_light),
-        Parameter::new(
-            "bounces",
-            "N|all",
-            Range::Names,
-            "Maximum number of bounces, 1 to 8, or all (one if hits are shaded). \
-             2 to 8: with `hit-light cached`",
-            |sampled| &mut sampled.bounces,
-        ),
-        Parameter::new(
-            "cache-entries",
-            "N",
-            Range::Count(LEAST_ENTRIES, MOST_ENTRIES),
-            "Largest capacity of the radiance cache, entries. More: fewer hits without an entry",
-            |sampled| &mut sampled.cache_entries,
-        ),
-        Parameter::new(
-            "cache-samples",
-            "N",
-            Range::Count(1, MOST_SAMPLES),
-            "Most samples per cache entry in an image's first frame. More: less noise, slower",
-            |sampled| &mut sampled.cache_samples,
-        ),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 

@@ -36,8 +36,10 @@ fn every_value_of_every_setting_has_a_row() {
 
     let direct = |settings: &Settings| settings.direct.name();
     assert_every(&Direct::all().iter().map(Direct::name).collect::<Vec<_>>(), direct);
-    for rays in LightRays::ALL {
-        assert_every(&[Some(*rays)], |settings| settings.direct.get::<SampledLights>().map(|lights| lights.rays));
+    for rays in LightSamples::ALL {
+        assert_every(&[Some(*rays)], |settings| {
+            settings.direct.get::<SampledLights>().map(|lights| lights.light_samples)
+        });
     }
 
     // Every value of every culling scheme.

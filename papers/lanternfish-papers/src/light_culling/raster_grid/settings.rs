@@ -3,6 +3,7 @@
 use lanternfish::{
     RenderError,
     light_culling::{CullingTechnique, LightCullingPasses, TileSize},
+    parameters,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
@@ -10,18 +11,14 @@ use lanternfish_gpu::Feature;
 
 use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 
-/// Lists per screen tile and depth layer, computed by rasterizing the lights [Archer2019, §3.2].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RasterGrid {
-    /// Edge of a tile, pixels. Smaller: fewer lights per pixel, more lists.
-    pub tile_size: TileSize,
-    /// Layers per tile, 1 to 32. More: fewer lights per pixel in tiles with surfaces far apart, more lists.
-    pub layers: u32,
-}
-
-impl Default for RasterGrid {
-    fn default() -> Self {
-        Self { tile_size: TileSize::Px16, layers: 32 }
+parameters! {
+    /// Lists per screen tile and depth layer, computed by rasterizing the lights [Archer2019, §3.2].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct RasterGrid {
+        /// Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The image is the same.
+        tile_size: TileSize = TileSize::Px16, "tile-size" "PIXELS" Range::Numbers, with_default;
+        /// Depth layers per tile, with `culling raster-grid`. The image is the same.
+        layers: u32 = 32, "grid-layers" "N" Range::Count(1, super::MOST_LAYERS), with_default;
     }
 }
 
@@ -29,24 +26,7 @@ impl Technique for RasterGrid {
     const NAME: &'static str = "raster-grid";
     const SUMMARY: &'static str =
         "A list of lights for every depth layer of every screen tile, computed by rasterizing the lights";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter::new(
-            "tile-size",
-            "PIXELS",
-            Range::Numbers,
-            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The image is the same",
-            |grid: &mut Self| &mut grid.tile_size,
-        )
-        .with_default(),
-        Parameter::new(
-            "grid-layers",
-            "N",
-            Range::Count(1, super::MOST_LAYERS),
-            "Depth layers per tile, with `culling raster-grid`. The image is the same",
-            |grid: &mut Self| &mut grid.layers,
-        )
-        .with_default(),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 

@@ -8,6 +8,7 @@ use lanternfish::{
     environment_light::{ENVIRONMENT, irradiance_target},
     gpu_scene::Parts,
     occlusion::{AmbientVisibility, OcclusionPasses, OcclusionTechnique, TILE, ambient_visibility_target},
+    parameters,
     prepass::Surface,
     settings::{History, Settings},
     shaders::{Root, Shaders},
@@ -57,44 +58,28 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[SharedStruct::of::<DirectionRun>()],
 );
 
-/// Ambient visibility by rays along every direction of deep images [Aalund2015, §3.3].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Deep {
-    /// Maximum distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every surface occludes at any
-    /// distance.
-    pub max_distance: Option<f32>,
-    /// The paper's own sum [Aalund2015, §3.3, eq. 1 to 3]: the first fragment of one texel, weights of 2 / N, no triangles. Otherwise near
-    /// triangles of four texels are tested, far texels are drawn at random, and an open plane is exactly 1.
-    pub plain: bool,
-    /// The images.
-    pub images: PaperImages,
+parameters! {
+    /// Ambient visibility by rays along every direction of deep images [Aalund2015, §3.3].
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Deep {
+        /// Largest distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every
+        /// surface occludes at any distance.
+        max_distance: Option<f32> = None => DISTANCE;
+        /// Ambient occlusion as the paper has it, without tests of triangles [Aalund2015, §3.3, eq. 1 to 3]. Off: far
+        /// texels are drawn at random, and an open plane is exactly 1.
+        plain: bool = false, "occlusion-plain" "on|off" Range::Switch(
+            "As in the paper: one texel, its first fragment, weights of 2 / N",
+            "Near triangles are tested",
+        ), with_default;
+        /// Deep images for ambient visibility.
+        images: PaperImages = PaperImages::Shared, "occlusion-images" "NAME" Range::Names, with_default;
+    }
 }
 
 impl Technique for Deep {
     const NAME: &'static str = "deep";
     const SUMMARY: &'static str = "Deep images: the whole scene";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance },
-        Parameter::new(
-            "occlusion-plain",
-            "on|off",
-            Range::Switch(
-                "As in the paper: one texel, its first fragment, weights of 2 / N",
-                "Near triangles are tested",
-            ),
-            "Ambient occlusion as the paper has it, without tests of triangles",
-            |deep: &mut Self| &mut deep.plain,
-        )
-        .with_default(),
-        Parameter::new(
-            "occlusion-images",
-            "NAME",
-            Range::Names,
-            "Deep images for ambient visibility",
-            |deep: &mut Self| &mut deep.images,
-        )
-        .with_default(),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 

@@ -7,6 +7,7 @@ use lanternfish::{
         AmbientVisibility, OcclusionPasses, OcclusionTechnique, TILE, ambient_visibility_target,
         by_normal::LightByNormal,
     },
+    parameters,
     prepass::Surface,
     settings::Settings,
     shaders::{Root, Shaders},
@@ -36,36 +37,22 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[SharedStruct::of::<HbaoParameters>()],
 );
 
-/// Ambient obscurance by horizons in the view's depth buffer: a baseline for comparison [Bavoil2008; Jimenez2016].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hbao {
-    /// Maximum distance of occluders, m, > 0. Higher: darker, and more error from occluders outside the view.
-    pub radius: f32,
-    /// Distance between depth samples, pixels, > 0: the kernel grows with the radius [Aalund2015, §5.1]. Higher: faster, and thin occluders
-    /// are missed. None: 12 samples on each side for any radius.
-    pub step: Option<f32>,
-}
-
-impl Default for Hbao {
-    fn default() -> Self {
-        Self { radius: 1.0, step: None }
+parameters! {
+    /// Ambient obscurance by horizons in the view's depth buffer: a baseline for comparison [Bavoil2008; Jimenez2016].
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Hbao {
+        /// Largest distance of occluders, m, > 0. Higher: darker, and more error from occluders outside the view.
+        radius: f32 = 1.0 => DISTANCE;
+        /// Distance between depth samples, pixels: their number grows with the distance of occluders [Aalund2015, §5.1].
+        /// Higher: faster, and thin occluders are missed. Without it: 12 samples to each side for any distance.
+        step: Option<f32> = None, "occlusion-step" "PIXELS" Range::Positive;
     }
 }
 
 impl Technique for Hbao {
     const NAME: &'static str = "hbao";
     const SUMMARY: &'static str = "Horizons in the depth buffer: the visible scene, for comparison";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter { info: DISTANCE, of: |hbao| &mut hbao.radius },
-        Parameter::new(
-            "occlusion-step",
-            "PIXELS",
-            Range::Positive,
-            "Distance between depth samples, pixels: their number grows with the distance of occluders. Higher: faster, and \
-             thin occluders are missed. Without it: 12 samples to each side for any distance",
-            |hbao: &mut Self| &mut hbao.step,
-        ),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 

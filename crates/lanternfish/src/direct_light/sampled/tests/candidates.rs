@@ -20,13 +20,13 @@ use crate::{
     view::View,
 };
 
-use super::super::{EMISSION, LightSamples, SampledLights, TILES};
+use super::super::{DirectSampling, EMISSION, SampledLights, TILES};
 
 const PIXELS: usize = 64;
 const PROBE: &str = "testing/light_samples";
 /// The entry point for surfaces that are of no tile.
 const OWN: &str = "own_candidates";
-/// Choices of lights, as in `LightSamples::is_uniform`.
+/// Choices of lights, as in `DirectSampling::is_uniform`.
 const TREE: u32 = 0;
 const UNIFORM: u32 = 1;
 
@@ -148,9 +148,9 @@ impl Drawn {
         Self { scene: renderer.upload(scene).unwrap(), has_lamps, has_tiles: true, rays, choice: TREE }
     }
 
-    fn samples(&self, frame: u32) -> LightSamples {
+    fn samples(&self, frame: u32) -> DirectSampling {
         let (rays, candidates) = (self.rays, (4 * self.rays).clamp(8, 32));
-        LightSamples { rays, candidates, frame, has_filter: 0, is_uniform: self.choice }
+        DirectSampling { light_samples: rays, candidates, frame, has_filter: 0, is_uniform: self.choice }
     }
 
     fn emitters(&self) -> usize {
@@ -188,7 +188,7 @@ impl Drawn {
             for (name, buffer) in outputs {
                 bindings = bindings.buffer(name, buffer);
             }
-            frame.dispatch(kernel, &bindings.part("light_samples", samples), groups);
+            frame.dispatch(kernel, &bindings.part("direct_sampling", samples), groups);
         }
         frame.submit();
     }

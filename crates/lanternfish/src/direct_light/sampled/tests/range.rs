@@ -7,7 +7,7 @@ use lanternfish_scene::{Camera, Environment, Light, Material, Scene};
 use crate::{
     GpuScene, RenderError, RenderedImage, Renderer, Settings,
     settings::{Attenuation, Exposure, ImageSettings},
-    techniques::{Denoise, LightRays, SampledLights},
+    techniques::{Denoise, LightSamples, SampledLights},
     testing::{
         light::{floor, image_of, looking, matt},
         quad,
@@ -22,7 +22,7 @@ fn every_light() -> Settings {
 }
 
 fn sampled(denoise: Denoise) -> Settings {
-    let direct = SampledLights { rays: LightRays::Two, denoise, ..SampledLights::default() };
+    let direct = SampledLights { light_samples: LightSamples::Two, denoise, ..SampledLights::default() };
     every_light().with_direct(direct)
 }
 

@@ -2,12 +2,12 @@
 
 use glam::Vec4;
 use lanternfish_gpu::{
-    Bindings, Frame, Gpu, Profiler, ShaderLibrary, read_back, storage_buffer, storage_buffer_of, testing,
+    Bindings, ComputeKernel, Frame, Gpu, Profiler, ShaderLibrary, read_back, storage_buffer, storage_buffer_of, testing,
 };
 
 use crate::testing::{Random, edited_library, library, probe_of};
 
-use super::super::TILES;
+use super::super::{DirectSampling, TILES};
 
 /// Length of the shader's list, and vectors of a query and of an answer of the probe.
 const MOST: usize = 36;
@@ -62,21 +62,30 @@ impl Case {
 
 /// What the shader returns for each candidate, for each number u.
 fn on_device(gpu: &Gpu, library: &ShaderLibrary, queries: &[(&Case, f32)]) -> Vec<Vec<f32>> {
+    let kernel = probe_of(library, gpu, "testing/light_samples", &[TILES], "selected");
+    let of_equal_rays = queries.chunk_by(|(a, _), (b, _)| a.rays == b.rays);
+    of_equal_rays.flat_map(|queries| answers(gpu, &kernel, queries)).collect()
+}
+
+/// The same for cases of one number of rays.
+fn answers(gpu: &Gpu, kernel: &ComputeKernel, queries: &[(&Case, f32)]) -> Vec<Vec<f32>> {
     let mut words = Vec::with_capacity(QUERY * queries.len());
     for (case, u) in queries {
-        words.push(Vec4::new(case.weights.len() as f32, case.rays as f32, *u, 0.0));
+        words.push(Vec4::new(case.weights.len() as f32, *u, 0.0, 0.0));
         let mut weights = case.weights.clone();
         weights.resize(MOST, 0.0);
         words.extend(weights.chunks(4).map(Vec4::from_slice));
     }
-    let kernel = probe_of(library, gpu, "testing/light_samples", &[TILES], "selected");
+    let sampling = DirectSampling { light_samples: queries[0].0.rays, ..DirectSampling::default() };
     let none = wgpu::BufferUsages::empty();
     let words = storage_buffer_of(&gpu.device, "queries", &words, none).unwrap();
     let answers = storage_buffer(&gpu.device, "answers", (16 * ANSWER * queries.len()) as u64).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let bindings = Bindings::new().buffer("queries", &words).buffer("answers", &answers);
-    frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
+    let sampling = frame.uniform(&sampling);
+    let bindings = bindings.part("direct_sampling", &sampling);
+    frame.dispatch(kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
     frame.submit();
     let answers: Vec<f32> = read_back(&gpu.device, &gpu.queue, &answers, 4 * ANSWER * queries.len()).unwrap();
     answers.chunks(MOST).zip(queries).map(|(all, (case, _))| all[..case.weights.len()].to_vec()).collect()
@@ -176,8 +185,8 @@ fn gpu_candidates_are_selected_by_their_weights(gpu: &Gpu) {
         ("chance = weight / (*selection).threshold;", "chance = min(1.05 * weight / (*selection).threshold, 1.0);"),
         ("return chance;\n", "return 1.05 * chance;\n"),
         ("(*selection).place += chance;", "(*selection).place += 0.95 * chance;"),
-        ("let next = others / f32(rays - always);", "let next = 0.95 * others / f32(rays - always);"),
-        ("if always >= rays { break; }", "if always >= rays { threshold = others; break; }"),
+        ("let next = others / f32(light_samples - always);", "let next = 0.95 * others / f32(light_samples - always);"),
+        ("if always >= light_samples { break; }", "if always >= light_samples { threshold = others; break; }"),
     ] {
         let found = fault(gpu, &edited_library(module, text, by));
         println!("{by}: {found:?}");
