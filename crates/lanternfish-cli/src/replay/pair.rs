@@ -31,8 +31,8 @@ pub fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> {
     let mut times = [measure::Times::default(), measure::Times::default()];
     let (bar, runs) = (progress.bar(), args.runs as usize);
     progress.step("time", "Timing", || {
-        let sides = (0..runs).flat_map(|run| [run % 2, 1 - run % 2].map(|side| (run, side)));
-        sides.into_iter().try_for_each(|(run, side)| players[side].run(&mut times[side], run, runs, &bar))
+        let mut sides = (0..runs).flat_map(|run| [run % 2, 1 - run % 2].map(|side| (run, side)));
+        sides.try_for_each(|(run, side)| players[side].run(&mut times[side], run, runs, &bar))
     })?;
     progress.finish();
     let images = a.iter().zip(&b).filter(|(a, b)| a.rendering != b.rendering).count();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{category::Category, counted::Counted, series::Estimate, series::Series};
+use super::{counted::Counted, series::Estimate, series::Series};
 use crate::pass_costs::PassCost;
 
 /// The results of a replay.
@@ -137,7 +137,7 @@ impl Report {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::replay::counted::Clusters;
+    use crate::replay::{category::Category, counted::Clusters};
 
     /// A report of two passes, by run and frame.
     pub fn report(prepass: Vec<Vec<f64>>, shading: Vec<Vec<f64>>) -> Report {

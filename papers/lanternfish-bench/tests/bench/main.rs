@@ -95,7 +95,9 @@ fn help_lists_every_benchmark() {
     let (success, _, error) = said(&["help", "beauty"]);
     assert!(!success && error.starts_with("error: lanternfish-bench beauty: no such command"), "{error}");
     assert!(error.contains("quality"), "{error}");
-    for (words, instead) in [("moving", "`lanternfish-bench walks`"), ("history", "`lanternfish-bench probes --only motion`")] {
+    for (words, instead) in
+        [("moving", "`lanternfish-bench walks`"), ("history", "`lanternfish-bench probes --only motion`")]
+    {
         let (success, _, error) = said(&[words]);
         assert!(!success && error.contains(instead), "{error}");
     }

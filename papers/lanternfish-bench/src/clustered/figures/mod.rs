@@ -1,7 +1,7 @@
 //! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every cluster shape over the frames of a track, in mono and stereo.
 //!
-//! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each pass and frame
-//! is reported ([`lanternfish_cli::replay`]).
+//! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each
+//! pass and frame is reported ([`lanternfish_cli::replay`]).
 
 pub mod claims;
 pub mod page;
@@ -16,7 +16,7 @@ use lanternfish_cli::{
     shot::Shot,
 };
 use lanternfish_scene::Eyes;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::{
     ClusteredArgs,
@@ -25,7 +25,7 @@ use super::{
 use crate::{bench::Bench, document::LeftOut, table::to_markdown};
 
 /// One configuration over all frames.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize)]
 pub struct Played {
     pub clusters: String,
     pub views: Views,
@@ -34,7 +34,7 @@ pub struct Played {
 }
 
 /// All that is in the figures.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize)]
 pub struct Figures {
     pub source: String,
     pub frames: usize,
