@@ -56,7 +56,7 @@ impl<T> PerView<T> {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_gpu::{Gpu, Growth, Pool, Profiler, testing};
+    use lanternfish_gpu::{Growth, Pool, Profiler, testing};
 
     use super::*;
 
