@@ -1,6 +1,10 @@
 //! A renderer that keeps a scene on the device.
 
-use std::{mem, ops::ControlFlow, sync::Arc};
+use std::{
+    mem,
+    ops::ControlFlow,
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use glam::Affine3A;
 use lanternfish::{
@@ -30,12 +34,14 @@ use crate::{
 #[pyclass(frozen)]
 pub struct Moment(OfProcess<lanternfish::Moment>);
 
-/// What a `Renderer` of the package (`_renderer.py`) has beside its scene, which it passes; it lets threads in one
-/// after another.
+/// What a `Renderer` of the package (`_renderer.py`) has beside its scene, which it passes. It lets threads in one after
+/// another: nothing waits for the mutex, which is there since passes are not `Sync`.
 #[pyclass]
-pub struct RendererData {
-    renderer: OfProcess<Renderer>,
-    uploaded: OfProcess<Option<GpuScene>>,
+pub struct RendererData(OfProcess<Mutex<State>>);
+
+struct State {
+    renderer: Renderer,
+    uploaded: Option<GpuScene>,
     /// The rig for scenes without light, by name; `auto` chooses it.
     light_rig: String,
     /// The rig that was added, and the camera around which it is.
@@ -48,19 +54,24 @@ pub struct RendererData {
     /// Instances that have moved since the last image.
     moved: Vec<(usize, Affine3A)>,
     /// Bytes that the last moves sent to the device.
-    #[pyo3(get)]
     sent_bytes: u64,
 }
 
 impl RendererData {
+    fn state(&mut self) -> &mut State {
+        self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Runs `work` without the interpreter's lock.
-    fn work<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut Self) -> PyResult<R> + Send) -> PyResult<R> {
+    fn work<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut State) -> PyResult<R> + Send) -> PyResult<R> {
         check_process()?;
-        let done = py.detach(|| work(self));
+        let done = py.detach(|| work(self.state()));
         log::tell(py)?;
         done
     }
+}
 
+impl State {
     /// Uploads the scene with its light, or sends what has moved.
     fn prepare(&mut self, scene: &mut Arc<Scene>, camera: &Camera) -> PyResult<()> {
         let moved = mem::take(&mut self.moved);
@@ -71,7 +82,7 @@ impl RendererData {
                 let (rig, exposure) = add_rig(scene, camera, &self.light_rig, reaches)?;
                 (self.added, self.exposure_of_rig) = (rig.map(|rig| (rig, camera.clone())), exposure);
             }
-            *self.uploaded = Some(self.renderer.upload(scene).map_err(render_failed)?);
+            self.uploaded = Some(self.renderer.upload(scene).map_err(render_failed)?);
         } else if !moved.is_empty() {
             self.sent_bytes = self.change(scene, |renderer, uploaded| renderer.move_instances(uploaded, &moved))?;
         }
@@ -79,9 +90,9 @@ impl RendererData {
     }
 
     /// Sends the changed scene.
-    fn update_all(&mut self, scene: &Scene) -> PyResult<()> {
+    fn update(&mut self, scene: &Scene) -> PyResult<()> {
         self.moved.clear();
-        let Some(uploaded) = &mut *self.uploaded else { return Ok(()) };
+        let Some(uploaded) = &mut self.uploaded else { return Ok(()) };
         self.renderer.update(uploaded, scene).map_err(render_failed)
     }
 
@@ -92,7 +103,7 @@ impl RendererData {
         change: impl FnOnce(&Renderer, &mut GpuScene) -> Result<Sent, RenderError>,
     ) -> PyResult<u64> {
         match self.uploaded.as_mut().map(|uploaded| change(&self.renderer, uploaded)) {
-            Some(Err(RenderError::NeedsUpdate { .. })) => self.update_all(scene).map(|()| 0),
+            Some(Err(RenderError::NeedsUpdate { .. })) => self.update(scene).map(|()| 0),
             sent => sent.map_or(Ok(0), |sent| sent.map(|sent| sent.bytes)).map_err(render_failed),
         }
     }
@@ -151,9 +162,10 @@ impl RendererData {
         });
         log::tell(py)?;
         let (renderer, near) = made.map_err(render_failed)?;
-        let (renderer, uploaded) = (OfProcess::new(renderer), OfProcess::new(None));
-        let (added, exposure_of_rig, moved, sent_bytes) = (None, None, Vec::new(), 0);
-        Ok(Self { renderer, uploaded, light_rig, added, is_metered, exposure_of_rig, near, moved, sent_bytes })
+        let (uploaded, added, exposure_of_rig, moved, sent_bytes) = (None, None, None, Vec::new(), 0);
+        let state =
+            State { renderer, uploaded, light_rig, added, is_metered, exposure_of_rig, near, moved, sent_bytes };
+        Ok(Self(OfProcess::new(Mutex::new(state))))
     }
 
     /// The arrays of each camera's image.
@@ -173,18 +185,18 @@ impl RendererData {
         let bytes = pixels.saturating_mul(Aovs::BYTES_PER_PIXEL + RenderedImage::BYTES_PER_PIXEL);
         let need = Budget::of_process().check(bytes, || format!("{count} images of {width}x{height} pixels need"));
         need.map_err(|need| PyMemoryError::new_err(format!("{need}; render fewer at a time")))?;
-        self.work(py, |this| {
-            let frames = this.renderer.settings().image.accumulate as usize;
+        self.work(py, |state| {
+            let frames = state.renderer.settings().image.accumulate as usize;
             let image = |(index, camera): (usize, &CameraObject)| {
-                let camera = camera.camera(this.near);
-                this.prepare(&mut scene.scene, &camera)?;
+                let camera = camera.camera(state.near);
+                state.prepare(&mut scene.scene, &camera)?;
                 let tell = |done: usize| step(progress.as_ref(), index * frames + done, count * frames);
                 let image = match outputs.have(LIT) {
-                    true => Some(this.image(&camera, size, outputs.have(DISPLAY), tell)?),
+                    true => Some(state.image(&camera, size, outputs.have(DISPLAY), tell)?),
                     false => None,
                 };
-                let uploaded = this.uploaded.as_ref().expect("it was prepared");
-                let surfaces = || this.renderer.aovs(uploaded, &camera, size, towards.map(|moment| &*moment.0));
+                let uploaded = state.uploaded.as_ref().expect("it was prepared");
+                let surfaces = || state.renderer.aovs(uploaded, &camera, size, towards.map(|moment| &*moment.0));
                 let surfaces = outputs.have(SURFACES).then(surfaces).transpose().map_err(render_failed)?;
                 let arrays = outputs.arrays(size, image.as_ref(), surfaces.as_ref(), &scene.scene.semantics)?;
                 if frames == 1 || image.is_none() {
@@ -198,11 +210,11 @@ impl RendererData {
 
     /// The scene as it is, for motion towards or from it.
     fn moment(&mut self, py: Python<'_>, scene: &mut SceneData, camera: CameraObject) -> PyResult<Moment> {
-        self.work(py, |this| {
-            let camera = camera.camera(this.near);
-            this.prepare(&mut scene.scene, &camera)?;
-            let uploaded = this.uploaded.as_ref().expect("it was prepared");
-            Ok(Moment(OfProcess::new(this.renderer.moment(uploaded, &camera))))
+        self.work(py, |state| {
+            let camera = camera.camera(state.near);
+            state.prepare(&mut scene.scene, &camera)?;
+            let uploaded = state.uploaded.as_ref().expect("it was prepared");
+            Ok(Moment(OfProcess::new(state.renderer.moment(uploaded, &camera))))
         })
     }
 
@@ -210,33 +222,34 @@ impl RendererData {
     fn set_poses(&mut self, scene: &mut SceneData, poses: Vec<(usize, Rows)>) {
         for (id, pose) in poses {
             scene.set_pose(id, pose);
-            self.moved.push((id - 1, affine(&pose)));
+            self.state().moved.push((id - 1, affine(&pose)));
         }
     }
 
     /// Sends a light that has changed.
     fn send_light(&mut self, py: Python<'_>, scene: &SceneData, index: usize) -> PyResult<u64> {
         let new = &scene.scene.lights[index];
-        self.work(py, |this| this.change(&scene.scene, |renderer, uploaded| renderer.set_light(uploaded, index, new)))
+        self.work(py, |state| state.change(&scene.scene, |renderer, uploaded| renderer.set_light(uploaded, index, new)))
     }
 
     /// Sends a material that has changed.
     fn send_material(&mut self, py: Python<'_>, scene: &SceneData, index: usize) -> PyResult<u64> {
         let new = &scene.scene.materials[index];
-        self.work(py, |this| {
-            this.change(&scene.scene, |renderer, uploaded| renderer.set_material(uploaded, index, new))
+        self.work(py, |state| {
+            state.change(&scene.scene, |renderer, uploaded| renderer.set_material(uploaded, index, new))
         })
     }
 
     /// Sends whatever has changed.
     fn send(&mut self, py: Python<'_>, scene: &SceneData) -> PyResult<()> {
-        self.work(py, |this| this.update_all(&scene.scene))
+        self.work(py, |state| state.update(&scene.scene))
     }
 
     /// Replaces all lights but those of a rig.
     fn set_lights(&mut self, py: Python<'_>, scene: &mut SceneData, lights: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
         let mut lights = lights.iter().map(light).collect::<PyResult<Vec<Light>>>()?;
-        let of_rig = |light: &&Light| self.added.is_some() && light.name.ends_with(" of the rig");
+        let has_rig = self.state().added.is_some();
+        let of_rig = |light: &&Light| has_rig && light.name.ends_with(" of the rig");
         lights.extend(scene.scene.lights.iter().filter(of_rig).cloned());
         scene.change().lights = lights;
         self.send(py, scene)
@@ -244,20 +257,20 @@ impl RendererData {
 
     /// Takes another scene, and adds the rig that was added.
     fn update(&mut self, py: Python<'_>, scene: &mut SceneData) -> PyResult<()> {
-        self.work(py, |this| {
+        self.work(py, |state| {
             scene.scene.validate().map_err(render_failed)?;
-            this.near = near_plane(&scene.scene.bounds());
-            if let Some((rig, camera)) = &this.added {
+            state.near = near_plane(&scene.scene.bounds());
+            if let Some((rig, camera)) = &state.added {
                 rig.add(scene.change(), camera, 1.0);
             }
-            this.update_all(&scene.scene)
+            state.update(&scene.scene)
         })
     }
 
     /// Exposure of display images, EV; none until the first image was metered.
     #[getter]
-    fn exposure(&self) -> Option<f32> {
-        match self.renderer.settings().image.exposure {
+    fn exposure(&mut self) -> Option<f32> {
+        match self.state().renderer.settings().image.exposure {
             Exposure::Ev(ev) => Some(ev),
             Exposure::Auto => None,
         }
@@ -267,7 +280,12 @@ impl RendererData {
     fn set_exposure(&mut self, value: &str) -> PyResult<()> {
         let mut exposure = Exposure::Auto;
         exposure.read(value).map_err(|what| PyValueError::new_err(format!("exposure: {what}")))?;
-        self.is_metered = exposure == Exposure::Auto;
-        self.renderer.set_exposure(exposure).map_err(render_failed)
+        self.state().is_metered = exposure == Exposure::Auto;
+        self.state().renderer.set_exposure(exposure).map_err(render_failed)
+    }
+
+    #[getter]
+    fn sent_bytes(&mut self) -> u64 {
+        self.state().sent_bytes
     }
 }
