@@ -1,10 +1,10 @@
 //! What the passes of a frame cost beside their time: dispatches and rays.
 
 use lanternfish_gpu::PassCommands;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Counts of a pass.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PassCost {
     /// The pass's label.
     pub name: String,

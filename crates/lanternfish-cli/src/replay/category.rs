@@ -1,12 +1,12 @@
 //! Categories of passes: the thesis' categories of a frame's time, and further ones.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The category of a pass [VanGelderen2020, fig. 6.7, fig. 6.8].
 ///
 /// The thesis has clustering, which is the first four together, shading and miscellaneous. It has no shadows and no
 /// light from other surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Category {
     /// The depth pass, and marking clusters with visible fragments.

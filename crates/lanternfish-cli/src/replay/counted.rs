@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use bytemuck::cast_slice;
 use lanternfish::{RenderedImage, light_culling::clustered::GridContents};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Counters and image hash of a frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counted {
     /// A hash of every bit of its images, radiance and display, of all eyes.
     #[serde(rename = "image")]
@@ -20,7 +20,7 @@ pub struct Counted {
 }
 
 /// Statistics of the clusters of all grids.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clusters {
     /// Clusters with visible fragments.
     pub visible: u64,

@@ -1,12 +1,12 @@
 //! The times of one pass in every run and frame, and their statistics.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::category::Category;
 use crate::timed::Timed;
 
 /// Times of one pass or of the host, ms.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// The pass's label.
     pub name: String,
@@ -17,7 +17,7 @@ pub struct Series {
 }
 
 /// The time of a pass, ms a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The median over runs of the mean over frames.
     pub ms: f64,

@@ -156,12 +156,6 @@ impl OneBounce {
         Ok((timed, errors))
     }
 
-    /// Compares an image, which goes to the folder under a name.
-    pub fn keep(&self, name: &str, image: &RenderedImage) -> Result<IndirectErrors, CliError> {
-        self.bench.write(name, image)?;
-        self.lit.errors(image)
-    }
-
     /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of
     /// `direct`, a mean of as many frames without indirect light, because edges and highlights of a mean differ from
     /// those of one frame.

@@ -16,7 +16,7 @@ use lanternfish_cli::{
     shot::Shot,
 };
 use lanternfish_scene::Eyes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     ClusteredArgs,
@@ -25,7 +25,7 @@ use super::{
 use crate::{bench::Bench, document::LeftOut, table::to_markdown};
 
 /// One configuration over all frames.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Played {
     pub clusters: String,
     pub views: Views,
@@ -34,7 +34,7 @@ pub struct Played {
 }
 
 /// All that is in the figures.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Figures {
     pub source: String,
     pub frames: usize,
