@@ -69,17 +69,17 @@ Examples:
 Units: metres, degrees, candela, lux. +y is up.
 The last line of standard output is the image's path.";
 
-/// Limits on what a run may read and how much memory it may take. Every subcommand has them, on the command line alone: no shot
-/// sets them.
+/// Limits on what a run may read and how much memory it may take. Every subcommand has them, on the command line alone:
+/// no shot sets them.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Files from strangers")]
 pub struct TrustArgs {
-    /// Reads nothing outside the scene's folder, through links either. Without it a scene may name any file that you can read.
-    /// Files that the command line or a shot names are always read.
+    /// Reads nothing outside the scene's folder, through links either. Without it a scene may name any file that you
+    /// can read. Files that the command line or a shot names are always read.
     #[arg(long, global = true, hide_short_help = true)]
     pub confine: bool,
-    /// Most memory to take, in bytes or as 500M, 4G. A run that needs more ends with an error that states the amount. Without
-    /// it: the machine's free memory.
+    /// Most memory to take, in bytes or as 500M, 4G. A run that needs more ends with an error that states the amount.
+    /// Without it: the machine's free memory.
     #[arg(long, global = true, value_name = "BYTES", value_parser = parse::bytes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub memory_limit: Option<u64>,
@@ -125,14 +125,15 @@ pub struct RenderArgs {
     pub technique: TechniqueArgs,
     /// A paper's technique for every stage of the frame.
     ///
-    /// A stage that the paper lacks is off. --timings lists what is set, and the section that says so. Flags beside it override it.
+    /// A stage that the paper lacks is off. --timings lists what is set, and the section that says so. Flags beside it
+    /// override it.
     #[arg(id = "paper", long = "as", value_name = "PAPER", value_parser = choice::<Paper>())]
     #[arg(help_heading = "Technique", hide_short_help = true)]
     pub paper: Option<Paper>,
     /// Preset.
     ///
-    /// Sets the flags of light that are not given, and with draft --indirect probes; with realtime also --direct sampled,
-    /// --history on and --antialiasing temporal.
+    /// Sets the flags of light that are not given, and with draft --indirect probes; with realtime also
+    /// --direct sampled, --history on and --antialiasing temporal.
     #[arg(long, value_name = "NAME", value_parser = choice::<Preset>(), default_value_t = Preset::default())]
     #[arg(help_heading = "Indirect (light)")]
     pub quality: Preset,
@@ -181,9 +182,9 @@ impl FromArgMatches for ShotArgs {
 pub struct OutputArgs {
     /// The image: .png or .jpg (tone-mapped) or .exr (linear).
     ///
-    /// Its ending chooses the format: .png or .jpg (tone-mapped), .exr (linear, scene-referred, half floats) or .npz (the same as an array
-    /// for NumPy); .gif holds all frames of a sequence. Without it: the name of the scene or shot with .png, in the current folder. -o -
-    /// writes a PNG image to standard output.
+    /// Its ending chooses the format: .png or .jpg (tone-mapped), .exr (linear, scene-referred, half floats) or .npz
+    /// (the same as an array for NumPy); .gif holds all frames of a sequence. Without it: the name of the scene or shot
+    /// with .png, in the current folder. -o - writes a PNG image to standard output.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the image, pixels.
@@ -192,13 +193,14 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
-    /// What the surface at each pixel's centre is, for data sets and compositing: some of depth, distance, position, normal,
-    /// albedo, motion, instance, material, semantic, separated by commas. An .exr or .npz file has them beside the image; a
-    /// .png has a file for each, image.depth.png. docs/outputs.md has units and spaces.
+    /// What the surface at each pixel's centre is, for data sets and compositing: some of depth, distance, position,
+    /// normal, albedo, motion, instance, material, semantic, separated by commas. An .exr or .npz file has them beside
+    /// the image; a .png has a file for each, image.depth.png. docs/outputs.md has units and spaces.
     #[arg(long, value_name = "NAMES", value_parser = outputs::quantities, hide_short_help = true)]
     pub outputs: Option<Quantities>,
-    /// Classes of --outputs semantic, by names of nodes: JSON such as {"chair*": 3, "floor": 1}. * stands for any text; the
-    /// longest pattern counts. Without it, and for other nodes: `extras.semantic` of the glTF node or its nearest ancestor.
+    /// Classes of --outputs semantic, by names of nodes: JSON such as {"chair*": 3, "floor": 1}. * stands for any text;
+    /// the longest pattern counts. Without it, and for other nodes: `extras.semantic` of the glTF node or its nearest
+    /// ancestor.
     #[arg(long, value_name = "FILE.json", hide_short_help = true)]
     pub classes: Option<PathBuf>,
     /// Whether the colour scale of a --debug-view is below the image: off keeps the image at --size.
@@ -228,8 +230,8 @@ pub struct ViewArgs {
     pub fov_y: Option<f32>,
     /// A camera of the file, by name or index.
     ///
-    /// `lanternfish info` lists them. Without it: the first camera of the file. A file without cameras is framed from the
-    /// front, a little from the right and above; a closed interior is seen from inside.
+    /// `lanternfish info` lists them. Without it: the first camera of the file. A file without cameras is framed from
+    /// the front, a little from the right and above; a closed interior is seen from inside.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
     /// Frames the complete scene from one side, without the file's cameras.
@@ -238,13 +240,14 @@ pub struct ViewArgs {
     #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
     #[arg(conflicts_with_all = ["eye", "target", "camera"])]
     pub view: Option<Viewpoint>,
-    /// Focal lengths and principal point of the camera, pixels of --size: x right and y down from the image's top left corner, so
-    /// that the centre of the first pixel is at 0.5,0.5. Add 0.5 to cx and cy of a calibration that has it at 0,0.
+    /// Focal lengths and principal point of the camera, pixels of --size: x right and y down from the image's top left
+    /// corner, so that the centre of the first pixel is at 0.5,0.5. Add 0.5 to cx and cy of a calibration that has it
+    /// at 0,0.
     #[arg(long, value_name = "fx,fy,cx,cy", value_parser = parse::intrinsics, allow_hyphen_values = true)]
     #[arg(conflicts_with = "fov_y", hide_short_help = true)]
     pub intrinsics: Option<[f32; 4]>,
-    /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file that has them (in a shot,
-    /// too, relative to the current folder). A rotation and a translation, m.
+    /// Camera to world: the 16 numbers of a 4 x 4 matrix row by row, separated by commas, or a text file that has them
+    /// (in a shot, too, relative to the current folder). A rotation and a translation, m.
     #[arg(long, value_name = "FILE|NUMBERS", value_parser = parse::pose, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["eye", "target", "view", "azimuth", "elevation"], hide_short_help = true)]
     pub pose: Option<Affine3A>,
@@ -256,7 +259,8 @@ pub struct ViewArgs {
     pub size: [u32; 2],
     /// Frames the complete scene from this angle about its vertical axis, degrees.
     ///
-    /// From the front (0), counter-clockwise seen from above: 90 is its right side. Without it: 22, a little from the right.
+    /// From the front (0), counter-clockwise seen from above: 90 is its right side. Without it: 22, a little from the
+    /// right.
     #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, hide_short_help = true)]
     #[arg(conflicts_with_all = ["eye", "target", "camera", "view"])]
     pub azimuth: Option<f32>,
@@ -284,9 +288,9 @@ impl ViewArgs {
 /// Flags of stereo images.
 #[derive(Debug, Args)]
 pub struct StereoArgs {
-    /// Renders in stereo: vive (HTC Vive), parallel (0.063 m apart) or parallel:METRES (both eyes have the camera's direction), or
-    /// l,r,b,t,METRES with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored for the right eye,
-    /// distance between the eyes, and outward rotation of each eye. --size is that of one eye.
+    /// Renders in stereo: vive (HTC Vive), parallel (0.063 m apart) or parallel:METRES (both eyes have the camera's
+    /// direction), or l,r,b,t,METRES with ,DEGREES for canted eyes: slopes of the left eye's frustum sides, mirrored
+    /// for the right eye, distance between the eyes, and outward rotation of each eye. --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub stereo: Option<Eyes>,
@@ -303,7 +307,8 @@ pub struct RunArgs {
     /// gpu is a graphics card, cpu a software adapter. Default: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Seed of --lights rain: positions and colours of the lights. The same seed gives the same image. Nothing else is random.
+    /// Seed of --lights rain: positions and colours of the lights. The same seed gives the same image. Nothing else is
+    /// random.
     #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true, hide_short_help = true)]
     pub seed: u32,
     /// Prints the time and counters of each pass.
@@ -367,8 +372,8 @@ impl RenderArgs {
         self.settings_of(self.given().frames())
     }
 
-    /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`. A technique that is given has the
-    /// effort of the preset.
+    /// The same for an image that averages `frames` frames, instead of the count of `--accumulate`. A technique that is
+    /// given has the effort of the preset.
     pub fn settings_of(&self, frames: u32) -> Settings {
         self.settings_with(&self.given(), frames)
     }

@@ -39,12 +39,12 @@ pub struct FarmArgs {
     /// Frames per second, if the shot does not set them.
     #[arg(id = "rate", long = "fps", value_name = "N", value_parser = parse::fps)]
     pub fps: Option<f32>,
-    /// The images, with the frame number before the extension: --output of `render`. Without it: as in the shot, or the shot's
-    /// name with .png.
+    /// The images, with the frame number before the extension: --output of `render`. Without it: as in the shot, or the
+    /// shot's name with .png.
     #[arg(long = "image", alias = "picture", value_name = "FILE")]
     pub rendering: Option<PathBuf>,
-    /// The job's file. Shot and images must lie in its folder or below. Without it: standard output, for a file in the current
-    /// folder.
+    /// The job's file. Shot and images must lie in its folder or below. Without it: standard output, for a file in the
+    /// current folder.
     #[arg(id = "job", short = 'o', long = "output", value_name = "FILE.yaml")]
     pub output: Option<PathBuf>,
 }

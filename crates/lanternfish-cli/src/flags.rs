@@ -1,4 +1,5 @@
-//! Converts settings in the library's texts to flags. The texts name settings in backticks, by name and value: `shadows bvh`.
+//! Converts settings in the library's texts to flags. The texts name settings in backticks, by name and value:
+//! `shadows bvh`.
 
 /// Replaces settings in a text of the library with flags: `--shadows bvh`.
 pub fn as_flags(text: &str) -> String {

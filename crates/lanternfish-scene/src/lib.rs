@@ -1,8 +1,8 @@
 //! Scenes without a GPU: meshes, materials, lights, cameras; glTF import; procedural scenes.
 //!
 //! Space: right-handed, +y up; metres, radians, linear Rec. 709; candela for point and spot lights, lux for
-//! directional ones, nits for disks, rectangles and emission. Everything in a [`Scene`] is in world space: the node hierarchy of a file is
-//! resolved when it is read.
+//! directional ones, nits for disks, rectangles and emission. Everything in a [`Scene`] is in world space: the node
+//! hierarchy of a file is resolved when it is read.
 
 // Public for the project's other crates alone: no part of the interface, without promises.
 #[doc(hidden)]

@@ -29,7 +29,8 @@ pub trait Setting: AnySetting {
 pub trait AnySetting: Any + Debug + Send + Sync {
     /// A copy.
     fn boxed(&self) -> Box<dyn Setting>;
-    /// Takes the value of another setting. A value of another type counts by its text: techniques may share a parameter's name.
+    /// Takes the value of another setting. A value of another type counts by its text: techniques may share a
+    /// parameter's name.
     ///
     /// Panics if that text is no value of this setting: a bug.
     fn assign(&mut self, value: &dyn Setting);
@@ -172,7 +173,8 @@ macro_rules! named_enum {
     };
 }
 
-/// Implements [`Named`](crate::Named) for a type that has its own `all`, `name` and `words`: the values are only known at run time.
+/// Implements [`Named`](crate::Named) for a type that has its own `all`, `name` and `words`: the values are only known
+/// at run time.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named_type_impls {

@@ -22,8 +22,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// The name of a generated scene, the bytes of a GLB file, or a list of names and bytes, whose first is the scene's or shot's file. All
-    /// are held for what is read from now on.
+    /// The name of a generated scene, the bytes of a GLB file, or a list of names and bytes, whose first is the scene's
+    /// or shot's file. All are held for what is read from now on.
     pub fn of(source: &JsValue) -> Result<Self, JsValue> {
         if let Some(name) = source.as_string() {
             hold_files(Vec::new());
@@ -89,8 +89,8 @@ impl Flags {
     }
 }
 
-/// The built-in scenes, and all settings, as JSON: a list of `{ name, kind, help, values, value, everyday }`. `values` is empty for numbers,
-/// `value` the default.
+/// The built-in scenes, and all settings, as JSON: a list of `{ name, kind, help, values, value, everyday }`. `values`
+/// is empty for numbers, `value` the default.
 #[wasm_bindgen]
 pub fn settings() -> String {
     let row = |AnyParameter { info, kind, value }| {

@@ -1,4 +1,5 @@
-//! The renderer in a headless Chromium, against the same renderer in a program. `cargo xtask test` builds the page for it.
+//! The renderer in a headless Chromium, against the same renderer in a program. `cargo xtask test` builds the page for
+//! it.
 
 #![cfg(not(target_arch = "wasm32"))]
 
@@ -22,8 +23,8 @@ const TRIANGLE: &str = include_str!("triangle.gltf");
 
 /// An image's settings by name, which browser and program read alike. A browser has no ray queries.
 type Names = &'static [(&'static str, &'static str)];
-/// A mean of frames: in a single one SwiftShader's rasterizer, which has 16 points a pixel along each axis, draws other pixels at edges
-/// than one with 256.
+/// A mean of frames: in a single one SwiftShader's rasterizer, which has 16 points a pixel along each axis, draws other
+/// pixels at edges than one with 256.
 const DIRECT: Names =
     &[("indirect", "none"), ("shadows", "bvh"), ("samples", "1"), ("accumulate", "8"), ("exposure", "0")];
 /// All light, in linear values up to 1 before their encoding.
@@ -129,8 +130,8 @@ fn gpu_a_browser_shows_what_a_program_shows(gpu: &Gpu) {
     let (truth, all, shown) = (truth(&scene), native(gpu, &scene, ALL), of_browser("all"));
     let [own, browsers] = [&all, &shown].map(|image| (energy(image) / energy(&truth), flip(&truth, image)));
     println!("all light, energy and FLIP to the truth: {own:?} of a program, {browsers:?} of a browser");
-    // SwiftShader has 2 % more light than a program: its grid of vertices is that of rays that start farther from their surface, which gives a
-    // program 1.2 %. Starting at the sine of the view's angle did not change that.
+    // SwiftShader has 2 % more light than a program: its grid of vertices is that of rays that start farther from their
+    // surface, which gives a program 1.2 %. Starting at the sine of the view's angle did not change that.
     assert!((browsers.0 - 1.0).abs() <= 0.04 && browsers.1 <= own.1 + 0.025);
 
     // A file without cameras, as the command line frames it.

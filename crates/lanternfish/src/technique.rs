@@ -1,12 +1,13 @@
 //! Techniques: interchangeable algorithms for one task, selected by the settings.
 //!
 //! A kind of technique is a task with a trait: [`CullingTechnique`](crate::light_culling::CullingTechnique),
-//! [`IndirectTechnique`](crate::indirect::IndirectTechnique), [`OcclusionTechnique`](crate::occlusion::OcclusionTechnique). A technique is
-//! a type that holds its parameters and implements the trait of its kind. It declares its name, its parameters and its shaders once
-//! ([`Technique`]). Flags, shot keys, panels, help and reports are generated from that. A [`Choice`] is a technique of a kind, or none.
+//! [`IndirectTechnique`](crate::indirect::IndirectTechnique),
+//! [`OcclusionTechnique`](crate::occlusion::OcclusionTechnique). A technique is a type that holds its parameters and
+//! implements the trait of its kind. It declares its name, its parameters and its shaders once ([`Technique`]). Flags,
+//! shot keys, panels, help and reports are generated from that. A [`Choice`] is a technique of a kind, or none.
 //!
-//! A technique may belong to another crate: any type that implements the traits can be selected. [`Choice::register`] adds it to the names
-//! that flags, shots and panels accept and list.
+//! A technique may belong to another crate: any type that implements the traits can be selected. [`Choice::register`]
+//! adds it to the names that flags, shots and panels accept and list.
 
 pub(crate) mod data;
 mod declared;
@@ -51,8 +52,8 @@ pub struct ParameterInfo {
     pub value: &'static str,
     /// The valid values.
     pub range: Range,
-    /// The meaning, and the effect of a higher value: a summary, then paragraphs for long help. It may be that of a doc comment: front ends
-    /// show [`Self::text`].
+    /// The meaning, and the effect of a higher value: a summary, then paragraphs for long help. It may be that of a doc
+    /// comment: front ends show [`Self::text`].
     pub help: &'static str,
     /// True if help states the default. False if the default depends on another flag.
     pub shows_default: bool,
@@ -349,10 +350,10 @@ impl<K: Kind + ?Sized> Choice<K> {
         std::iter::once(Self::NONE).chain(Self::all()).find(|choice| choice.name() == name)
     }
 
-    /// Registers a technique with these parameters as its defaults: [`Self::all`] and [`Self::named`] include it afterwards, and with them
-    /// every flag, panel, shot and report. Programs register techniques before they parse names. Light culling techniques and tracers
-    /// ([`Tracer::register`](crate::rays::Tracer::register)) must be registered before a renderer uses them, because shaders of other
-    /// folders are linked with their features.
+    /// Registers a technique with these parameters as its defaults: [`Self::all`] and [`Self::named`] include it
+    /// afterwards, and with them every flag, panel, shot and report. Programs register techniques before they parse
+    /// names. Light culling techniques and tracers ([`Tracer::register`](crate::rays::Tracer::register)) must be
+    /// registered before a renderer uses them, because shaders of other folders are linked with their features.
     ///
     /// Panics if another technique of the kind has the same name: a bug.
     pub fn register(self) {

@@ -25,8 +25,8 @@ use crate::{
 /// Flags of a view of a scene.
 #[derive(Debug, Args)]
 pub struct SubjectArgs {
-    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, the lights and the look; flicker is measured along its
-    /// track.
+    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, the lights and the look; flicker is
+    /// measured along its track.
     #[arg(default_value = "demo:atrium")]
     pub scene: SceneName,
     /// Width and height of every image, pixels.
@@ -58,8 +58,8 @@ pub struct View {
 }
 
 impl View {
-    /// Loads the requested scene with its lights, and returns the view with all cameras: one, or those along a shot's track. Shadows are traced
-    /// through the BVH, so that the work is equal on every adapter.
+    /// Loads the requested scene with its lights, and returns the view with all cameras: one, or those along a shot's
+    /// track. Shadows are traced through the BVH, so that the work is equal on every adapter.
     pub fn load(args: &SubjectArgs, keeps_transparent: bool, bench: &Bench) -> Result<(Self, Vec<Camera>), CliError> {
         let shot = shot_of(&args.scene)?;
         let scene = load(&args.scene, &args.part, shot.as_ref(), keeps_transparent, bench)?;
@@ -149,7 +149,8 @@ pub fn shot_of(name: &SceneName) -> Result<Option<Shot>, CliError> {
 
 /// Reads the scene of a shot, or the scene `name` if there is no shot.
 ///
-/// Transparent surfaces are removed unless `keeps_transparent`: deep images and the BVH do not contain them, but exact rays would hit them.
+/// Transparent surfaces are removed unless `keeps_transparent`: deep images and the BVH do not contain them, but exact
+/// rays would hit them.
 ///
 /// # Errors
 ///

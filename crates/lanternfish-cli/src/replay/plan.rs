@@ -58,7 +58,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans a shot's frames, or recorded cameras in its scene. Each frame is rendered once, even if the shot averages frames.
+    /// Plans a shot's frames, or recorded cameras in its scene. Each frame is rendered once, even if the shot averages
+    /// frames.
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
         let mut settings = args.settings_of(1);
@@ -89,8 +90,8 @@ impl Plan {
         Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, most: steps.len(), steps })
     }
 
-    /// Leaves light rain as the only light and the only motion. About the same number of lights reaches each point, whatever
-    /// their count [VanGelderen2020, §6.1.4].
+    /// Leaves light rain as the only light and the only motion. About the same number of lights reaches each point,
+    /// whatever their count [VanGelderen2020, §6.1.4].
     pub fn rain_alone(&mut self, count: u32, seed: u32) {
         (self.scene.lights, self.scene.environment) = (Vec::new(), None);
         self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));

@@ -71,8 +71,8 @@ pub fn of_id<'k>(keys: &'k [Key], id: &str) -> &'k Key {
     keys.iter().find(|key| key.id == id).expect("flags are made from keys")
 }
 
-/// The first of these flags, by id and value, that its parser refuses, and the reason. All are parsed at once: a shot may have thousands of
-/// lights.
+/// The first of these flags, by id and value, that its parser refuses, and the reason. All are parsed at once: a shot
+/// may have thousands of lights.
 pub fn refused(keys: &[Key], flags: &[(String, OsString)]) -> Option<(usize, String)> {
     let words = flags.iter().filter_map(|(id, value)| of_id(keys, id).word(value));
     let words = ["render".into(), "scene".into()].into_iter().chain(words);

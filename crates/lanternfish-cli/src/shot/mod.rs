@@ -2,11 +2,12 @@
 //!
 //! `lanternfish help shot` has an example.
 //!
-//! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come from the
-//! flags themselves, so a new flag is a new key. The library reads settings, as it declares them, into values of their own types; the flags'
-//! own parsers read the rest. Only `scene`, and `interpolation` and `keyframes` of `[track]`, have no flag. A technique with its parameters may be a
-//! table: `[indirect.sampled]`. Paths are relative to the shot's folder. A flag on the command line overrides the
-//! shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
+//! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come
+//! from the flags themselves, so a new flag is a new key. The library reads settings, as it declares them, into values
+//! of their own types; the flags' own parsers read the rest. Only `scene`, and `interpolation` and `keyframes` of
+//! `[track]`, have no flag. A technique with its parameters may be a table: `[indirect.sampled]`. Paths are relative to
+//! the shot's folder. A flag on the command line overrides the shot's key; `--point`, `--disk` and `--rectangle` add to
+//! the shot's.
 
 mod camera_path;
 mod frames;
@@ -87,7 +88,8 @@ pub struct Shot {
 /// What a command line or the keys of a shot give.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Given {
-    /// Flags of the command itself, by id, as they are spelled: so they are written to a shot again. A shot's come first.
+    /// Flags of the command itself, by id, as they are spelled: so they are written to a shot again. A shot's come
+    /// first.
     flags: Vec<(String, OsString)>,
     /// Settings.
     settings: GivenSettings,
@@ -137,8 +139,8 @@ impl Given {
     }
 }
 
-/// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with some or
-/// all flags of `render`, under the same ids.
+/// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with
+/// some or all flags of `render`, under the same ids.
 pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
     let given = Given::of(matches).with_paper();
     let shot = match is_shot(scene) {

@@ -1,4 +1,5 @@
-//! Reads a shot's text: settings as their own types, other keys as flags of the command. Every error has a line and a column.
+//! Reads a shot's text: settings as their own types, other keys as flags of the command. Every error has a line and a
+//! column.
 
 use std::{
     ffi::{OsStr, OsString},

@@ -1,4 +1,5 @@
-//! Converts the state of a window to the shot that renders it: every setting as a flag, the camera, and the added lights.
+//! Converts the state of a window to the shot that renders it: every setting as a flag, the camera, and the added
+//! lights.
 //!
 //! The result is parsed again to verify it. Settings or a camera that flags cannot express give an error.
 
@@ -76,8 +77,8 @@ pub struct Shown<'a> {
 }
 
 impl Opened {
-    /// Creates the state from `scene`, lit by the shot's flags at 0 s, and its first `camera`. The last `by_rig` lights belong
-    /// to a rig, and those of `rain` fall.
+    /// Creates the state from `scene`, lit by the shot's flags at 0 s, and its first `camera`. The last `by_rig` lights
+    /// belong to a rig, and those of `rain` fall.
     pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize, rain: Option<Rain>) -> Self {
         let flags = &shot.args.lights;
         let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
@@ -195,7 +196,8 @@ impl Opened {
         if scene.environment.is_none() && scene.sky != sky {
             say("sky", numbers(&scene.sky.to_array()));
         }
-        // Name the rig explicitly, so that `render` adds no other one. The studio is an environment that only the rig creates.
+        // Name the rig explicitly, so that `render` adds no other one. The studio is an environment that only the rig
+        // creates.
         say("light-rig", if self.is_studio { LightRig::Studio } else { LightRig::None }.to_string());
         Ok(())
     }

@@ -42,7 +42,8 @@ const TRACK: &str = "\
 /// Most columns of a comment.
 const WIDTH: usize = 118;
 
-/// Prints the shot of the given arguments, one of which is `scene`, or writes it to the .toml file that they name as output. The scene is read, so that errors in it are reported now.
+/// Prints the shot of the given arguments, one of which is `scene`, or writes it to the .toml file that they name as
+/// output. The scene is read, so that errors in it are reported now.
 pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
     let mut shot = super::resolve(scene, said)?;
     if shot.recorded().is_some() {

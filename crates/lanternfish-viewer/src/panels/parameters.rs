@@ -40,8 +40,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// Draws the presets of `--quality`: a click sets indirect light and antialiasing; for moving views, the history and sampled direct light. The other
-/// presets leave both to the window, whose direct light follows the number of lights.
+/// Draws the presets of `--quality`: a click sets indirect light and antialiasing; for moving views, the history and
+/// sampled direct light. The other presets leave both to the window, whose direct light follows the number of lights.
 fn presets(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
         ui.label("quality").on_hover_text("Presets, as --quality of the command line");

@@ -24,12 +24,14 @@ const FRAMES_PER_SETTING: u64 = 6;
 const MOST_COMPILED: [usize; 2] = [96 + SPARE[0], 16 + SPARE[1]];
 /// Unused compute and render pipelines that the engine keeps.
 const SPARE: [usize; 2] = [64, 24];
-/// Greatest growth of the process's private memory since frame [`WARM`], bytes, for any number of frames on Mesa's software adapter.
+/// Greatest growth of the process's private memory since frame [`WARM`], bytes, for any number of frames on Mesa's
+/// software adapter.
 ///
-/// The driver uses 1 to 4 MiB per pipeline, and the number of cached pipelines varies. Measured: 246 MiB at frame 100, and 265 to 306 MiB
-/// over the next 2,900 frames, without a trend. If long-unused pipelines are never dropped, memory grows by 604 MiB by frame 3,000; only a
-/// run of that length detects this. Device memory is not limited here, since it comes in blocks of 128 MiB: 186 MiB, or 315 MiB if settings
-/// need a second block. `steady.rs` checks that equal settings use equal device memory.
+/// The driver uses 1 to 4 MiB per pipeline, and the number of cached pipelines varies. Measured: 246 MiB at frame 100,
+/// and 265 to 306 MiB over the next 2,900 frames, without a trend. If long-unused pipelines are never dropped, memory
+/// grows by 604 MiB by frame 3,000; only a run of that length detects this. Device memory is not limited here, since it
+/// comes in blocks of 128 MiB: 186 MiB, or 315 MiB if settings need a second block. `steady.rs` checks that equal
+/// settings use equal device memory.
 const MAX_GROWTH: u64 = 96 << 20;
 
 /// A random valid value of a setting. Counts stay at most 100 above their minimum, to limit the run time.
@@ -88,7 +90,8 @@ struct Resident {
 impl Resident {
     /// The current use; `None` if the system does not report it.
     ///
-    /// Free heap memory is returned to the system first: the compilation of one large shader in a driver thread leaves 250 MiB of it.
+    /// Free heap memory is returned to the system first: the compilation of one large shader in a driver thread leaves
+    /// 250 MiB of it.
     fn now() -> Option<Self> {
         #[cfg(all(target_os = "linux", target_env = "gnu"))]
         // Safety: `malloc_trim` takes no pointer and does not touch live allocations.

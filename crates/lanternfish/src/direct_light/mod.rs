@@ -1,8 +1,8 @@
 //! Direct light: light that reaches visible surfaces from lights without another surface between.
 //!
-//! `all` (the baseline, no technique) lists the lights of each point ([`crate::light_culling`]), traces a shadow ray to each
-//! ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which shading reads through `layers.wesl`:
-//! [`sampled`].
+//! `all` (the baseline, no technique) lists the lights of each point ([`crate::light_culling`]), traces a shadow ray to
+//! each ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which
+//! shading reads through `layers.wesl`: [`sampled`].
 
 pub mod auto;
 pub mod sampled;

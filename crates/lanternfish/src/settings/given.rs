@@ -91,8 +91,8 @@ impl GivenSettings {
                 settings.indirect = settings.indirect.of_quality(quality);
             }
         }
-        // Averaged frames jitter the sample position, so edges are smooth without multisampling; with multisampling too, edges smear
-        // over neighbouring pixels.
+        // Averaged frames jitter the sample position, so edges are smooth without multisampling; with multisampling
+        // too, edges smear over neighbouring pixels.
         settings.image.samples = match settings.indirect.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
             true => Settings::direct_light().image.samples,
@@ -108,6 +108,6 @@ impl GivenSettings {
     }
 }
 
-/// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More frames
-/// give more accurate edges.
+/// Least number of averaged frames at which one sample per pixel gives edges as accurate as four, at lower cost. More
+/// frames give more accurate edges.
 const SMOOTH_FRAMES: u32 = 32;

@@ -10,11 +10,12 @@ use super::{
 };
 use crate::technique::{Parameter, Range};
 
-/// Declares groups of settings: their structs with default values, and in [`Settings`] a row of [`Settings::PARAMETERS`] and a function that
-/// returns the settings with another value, for each. A setting's comment is its help: a sentence, then paragraphs for long help.
+/// Declares groups of settings: their structs with default values, and in [`Settings`] a row of
+/// [`Settings::PARAMETERS`] and a function that returns the settings with another value, for each. A setting's comment
+/// is its help: a sentence, then paragraphs for long help.
 ///
-/// `field: Type = default, setter(values), "flag" "VALUE" range, marks;`. Under `Settings` are fields outside the groups, under `choices` setters
-/// alone.
+/// `field: Type = default, setter(values), "flag" "VALUE" range, marks;`. Under `Settings` are fields outside the
+/// groups, under `choices` setters alone.
 macro_rules! settings {
     (
         Settings { $(
@@ -46,8 +47,8 @@ macro_rules! settings {
         )+
 
         impl Settings {
-            /// The settings that belong to no technique, in the order of the panels. Their names are those of the command line's flags and of
-            /// a shot's keys.
+            /// The settings that belong to no technique, in the order of the panels. Their names are those of the
+            /// command line's flags and of a shot's keys.
             pub const PARAMETERS: &[Parameter<Self>] = &[
                 $($(
                     Parameter::new($flag, $value, $range, concat!($($help, "\n"),*), |s: &mut Self| &mut s.$group.$field)
@@ -83,8 +84,8 @@ settings! {
     Settings {
         /// Temporal accumulation of indirect light and area-light shadows.
         ///
-        /// On: less noise while the camera moves, and changes of light show with a delay. The first image, and its mean, are
-        /// the same with either. Without it: off, but on in a window and with `quality realtime`.
+        /// On: less noise while the camera moves, and changes of light show with a delay. The first image, and its
+        /// mean, are the same with either. Without it: off, but on in a window and with `quality realtime`.
         history, with_history(History), "history" "ON|OFF" Range::Names;
     }
 
@@ -100,8 +101,8 @@ settings! {
     image: ImageSettings {
         /// Exposure in stops: 1 doubles, -1 halves; auto: metered.
         ///
-        /// 0 leaves the image as it is. auto meters the image to show most of it, and prints the value; of a sequence, it
-        /// meters the first frame and applies the value to all. PNG only.
+        /// 0 leaves the image as it is. auto meters the image to show most of it, and prints the value; of a sequence,
+        /// it meters the first frame and applies the value to all. PNG only.
         #[serde(with = "crate::technique::data::text")]
         exposure: Exposure = Exposure::Auto, with_exposure(Exposure),
             "exposure" "auto|EV" Range::Text, with_default, everyday;
@@ -113,8 +114,8 @@ settings! {
         /// Behind the surfaces: transparent, white, black, #RRGGBB, environment.
         ///
         /// It lights nothing and is not metered. transparent: the image has alpha, straight in .png, premultiplied in
-        /// .exr: the share of opaque surfaces, the alpha of blended ones, what glass does not let through. A colour is for
-        /// .png; an .exr file has alpha then. Without it: environment.
+        /// .exr: the share of opaque surfaces, the alpha of blended ones, what glass does not let through. A colour is
+        /// for .png; an .exr file has alpha then. Without it: environment.
         #[serde(with = "crate::technique::data::text")]
         background: Background = Background::Environment, with_background(Background),
             "background" "COLOR" Range::Text, everyday, without_panel;
@@ -123,15 +124,15 @@ settings! {
             "debug-view" "NAME" Range::Names;
         /// Antialiasing over the frames of a moving view.
         ///
-        /// The first image is the same with either; later ones depend on those before. Without it: none, but temporal with
-        /// `quality realtime`.
+        /// The first image is the same with either; later ones depend on those before. Without it: none, but temporal
+        /// with `quality realtime`.
         antialiasing: Antialiasing = Antialiasing::None, with_antialiasing(Antialiasing),
             "antialiasing" "NAME" Range::Names;
         /// Samples per pixel at edges.
         ///
-        /// Multisampling of triangle edges. More: smoother edges. Every adapter supports 4. Without it: 4, where they cost
-        /// a small part of the frame; 1 with `quality draft`, `indirect none`, debug views, and images of `accumulate 8` or
-        /// more, whose edges are smooth without.
+        /// Multisampling of triangle edges. More: smoother edges. Every adapter supports 4. Without it: 4, where they
+        /// cost a small part of the frame; 1 with `quality draft`, `indirect none`, debug views, and images of
+        /// `accumulate 8` or more, whose edges are smooth without.
         samples: Samples = Samples::Four, with_samples(Samples),
             "samples" "N" Range::Names, everyday;
         /// Averages N frames: smooth edges, less noise.
@@ -149,8 +150,8 @@ settings! {
         /// Binding of textures to shaders. The image is the same.
         textures: TextureBinding = TextureBinding::Auto, with_textures(TextureBinding),
             "textures" "NAME" Range::Names, with_default, without_panel;
-        /// Anisotropic texture filtering: most samples along the long axis of a pixel's footprint. More: sharper at grazing
-        /// angles, slower.
+        /// Anisotropic texture filtering: most samples along the long axis of a pixel's footprint. More: sharper at
+        /// grazing angles, slower.
         anisotropy: Anisotropy = Anisotropy::Auto, with_anisotropy(Anisotropy),
             "anisotropy" "N" Range::Names, with_default;
     }
@@ -159,11 +160,12 @@ settings! {
     shadows: ShadowSettings {
         /// Technique of shadows.
         ///
-        /// The images of the techniques differ in a few pixels at silhouettes; with deep images, within one texel of them.
+        /// The images of the techniques differ in a few pixels at silhouettes; with deep images, within one texel of
+        /// them.
         technique: Shadows = Shadows::Auto, with_shadows(Shadows),
             "shadows" "NAME" Range::Names, with_default;
-        /// Shadow rays per pixel to each light with a `light-radius` or `sun-diameter`, a `disk` or a `rectangle`. More:
-        /// less noise, slower.
+        /// Shadow rays per pixel to each light with a `light-radius` or `sun-diameter`, a `disk` or a `rectangle`.
+        /// More: less noise, slower.
         ///
         /// At most 32 to a disk or rectangle; `accumulate` adds to them.
         rays: u32 = 16, with_shadow_rays(u32),
@@ -190,8 +192,8 @@ settings! {
         #[serde(with = "crate::technique::data::text")]
         coefficients: Coefficients = Coefficients::default(), with_attenuation_coefficients(Coefficients),
             "attenuation-coefficients" "C0,C1,C2" Range::Text, with_default;
-        /// Intensity that defines the range of a light without a stated one. Lower: larger ranges, less light lost, more
-        /// work.
+        /// Intensity that defines the range of a light without a stated one. Lower: larger ranges, less light lost,
+        /// more work.
         range_threshold: f32 = 0.02, with_range_threshold(f32),
             "range-threshold" "X" Range::Positive, with_default;
         /// Radius of point and spot lights, m: soft shadows.

@@ -8,7 +8,8 @@ use crate::technique::{AnyTechnique, Choice, Kind, ParameterInfo, Range};
 /// A setting, a choice of a technique, or a parameter of one: a flag, a key of a shot, a row of a report.
 #[derive(Clone, Debug)]
 pub struct AnyParameter {
-    /// The flag of the kind of technique that it chooses or belongs to; `structure` for parameters of structures; empty for others.
+    /// The flag of the kind of technique that it chooses or belongs to; `structure` for parameters of structures; empty
+    /// for others.
     pub kind: &'static str,
     /// The name, values and help.
     pub info: ParameterInfo,
@@ -129,8 +130,8 @@ impl Settings {
         usual.choices().into_iter().flat_map(|choice| choice.parameters()).chain(own).collect()
     }
 
-    /// The value of one of [`Self::parameters`]. `None`: there is none of this name; the inner one: it belongs to another technique than the
-    /// chosen one.
+    /// The value of one of [`Self::parameters`]. `None`: there is none of this name; the inner one: it belongs to
+    /// another technique than the chosen one.
     #[doc(hidden)]
     pub fn value(&self, name: &str) -> Option<Option<Value>> {
         let mut settings = self.clone();
@@ -145,8 +146,8 @@ impl Settings {
         self.value(name)??.text()
     }
 
-    /// Sets one of [`Self::parameters`] from text, or returns the expected values. A parameter of a technique that is not chosen changes
-    /// nothing.
+    /// Sets one of [`Self::parameters`] from text, or returns the expected values. A parameter of a technique that is
+    /// not chosen changes nothing.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), String> {
         let named = Self::parameters().into_iter().find(|entry| entry.info.name == name);
         let value = named.ok_or_else(|| format!("there is no setting {name}"))?.read(text)?;

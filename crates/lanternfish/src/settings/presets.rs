@@ -16,8 +16,8 @@ named_enum! {
         Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
         /// Single images with little noise.
         Best = "best": "64 diffuse and 16 glossy rays per pixel, through the BVH, and 128 samples per cache entry",
-        /// Frames of a moving view: sampled direct light, screen probes, accumulation over frames, temporal antialiasing. Its first frame is a
-        /// noisy draft.
+        /// Frames of a moving view: sampled direct light, screen probes, accumulation over frames, temporal
+        /// antialiasing. Its first frame is a noisy draft.
         Realtime = "realtime": "For moving views: draft, 4 shadow rays per pixel, history, temporal antialiasing",
     }
 }

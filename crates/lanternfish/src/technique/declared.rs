@@ -1,10 +1,11 @@
 //! The declaration of a technique's parameters.
 
-/// Declares a technique's struct with its parameters, each once: `ROWS` are its [`Technique::PARAMETERS`](crate::technique::Technique). A
-/// parameter's comment is its help: a sentence, then paragraphs for long help.
+/// Declares a technique's struct with its parameters, each once: `ROWS` are its
+/// [`Technique::PARAMETERS`](crate::technique::Technique). A parameter's comment is its help: a sentence, then
+/// paragraphs for long help.
 ///
-/// `field: Type = default, "flag" "VALUE" range, marks;`, or `field: Type = default => info;` for a parameter that techniques share. Under
-/// `and` are fields that are no parameters.
+/// `field: Type = default, "flag" "VALUE" range, marks;`, or `field: Type = default => info;` for a parameter that
+/// techniques share. Under `and` are fields that are no parameters.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! parameters {

@@ -1,4 +1,5 @@
-//! Direct light from a fixed number of rays: its mean over frames against a ray to every light, and against the path tracer.
+//! Direct light from a fixed number of rays: its mean over frames against a ray to every light, and against the path
+//! tracer.
 
 #[path = "sampled_lights/robust.rs"]
 mod robust;
@@ -278,8 +279,8 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
     (0..count).map(frame).collect()
 }
 
-/// Demodulated light for a program that shades by itself. All frames of these targets have the same random numbers, with a history too: a program cannot
-/// average their noise.
+/// Demodulated light for a program that shades by itself. All frames of these targets have the same random numbers,
+/// with a history too: a program cannot average their noise.
 #[gpu_test]
 fn gpu_demodulated_targets_have_sampled_light(gpu: &Gpu) {
     let scene = cornell(30, point);

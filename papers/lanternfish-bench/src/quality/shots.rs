@@ -29,7 +29,8 @@ const fn shot(name: &'static str, [width, height, factor]: [u32; 3], flags: &'st
     Shot { name, flags, size: Size { width, height }, factor }
 }
 
-/// All shots, the smallest first. Another scene, camera or size needs a new entry, because results of one shot are compared over time.
+/// All shots, the smallest first. Another scene, camera or size needs a new entry, because results of one shot are
+/// compared over time.
 pub const SHOTS: &[Shot] = &[
     shot("cornell", [128, 128, 4], "demo:cornell --exposure 1"),
     // The view, the light and the attenuation of the reference cornell-point-direct.
@@ -57,7 +58,8 @@ pub const SHOTS: &[Shot] = &[
     shot("atrium", [160, 90, 3], "demo:atrium --lights rain:100 --exposure 0"),
     // Nave and aisles inside an unlit outer shell, rotated about all axes. Shows light leaks through surfaces.
     shot("hall", [160, 90, 3], "demo:hall --exposure 0"),
-    // Textures, normal maps, alpha masks. The view and the lights of `docs/shots/sponza-ten.toml`; a test compares the two.
+    // Textures, normal maps, alpha masks. The view and the lights of `docs/shots/sponza-ten.toml`; a test compares the
+    // two.
     shot(
         "sponza-ten",
         [192, 108, 4],
@@ -66,8 +68,9 @@ pub const SHOTS: &[Shot] = &[
          --point=-4,6.5,3.5,1,50,50,60 --point=-6.5,2,1,1,60,45,15 --point=-9.5,1.5,-2,1,15,15,60 --point 0.5,8,0,1,80,80,80 \
          --point 4,1,-5.5,1,40,25,10 --point=-5,1,6,1,25,10,40",
     ),
-    // A street at night: 94 point lights and a moon, instances, transparent surfaces. The file's intensities are not photometric.
-    // The beams are transparent: they shadow the ground in the ground truth, but not in the renderer, whose image is brighter.
+    // A street at night: 94 point lights and a moon, instances, transparent surfaces. The file's intensities are not
+    // photometric. The beams are transparent: they shadow the ground in the ground truth, but not in the renderer,
+    // whose image is brighter.
     shot(
         "candela-city",
         [192, 108, 4],
@@ -115,7 +118,8 @@ impl Shot {
     }
 }
 
-/// The environment of ground truths with environment light: an overcast field from the shared assets, or [`sky`] if the file is missing.
+/// The environment of ground truths with environment light: an overcast field from the shared assets, or [`sky`] if the
+/// file is missing.
 pub fn environment_light(assets: &Path) -> Result<Environment, CliError> {
     let file = assets.join("env/kloppenheim_05_1k.hdr");
     Ok(if file.is_file() { Environment::load(&file)? } else { sky() })

@@ -1,4 +1,5 @@
-//! Shots as version 0.1 wrote them, without their comments: `lanternfish shot SCENE --size 48x32 --adapter cpu FLAGS -o NAME.png`.
+//! Shots as version 0.1 wrote them, without their comments: `lanternfish shot SCENE --size 48x32 --adapter cpu FLAGS -o
+//! NAME.png`.
 
 use super::*;
 

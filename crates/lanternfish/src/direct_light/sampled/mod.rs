@@ -1,7 +1,7 @@
 //! Direct light from a fixed number of shadow rays a pixel, for any number of lights.
 //!
-//! 1. Each pixel draws candidates from the light trees (`candidates.wesl`), chooses some by their unshadowed light (`selection.wesl`), and traces a
-//!    ray to each (`trace.wesl`).
+//! 1. Each pixel draws candidates from the light trees (`candidates.wesl`), chooses some by their unshadowed light
+//!    (`selection.wesl`), and traces a ray to each (`trace.wesl`).
 //! 2. Noisy light is clamped, accumulated and filtered ([`Smoothing`]).
 
 #[cfg(test)]
@@ -88,7 +88,8 @@ named_enum! {
     Denoise {
         /// The mean of frames is unbiased.
         Off = "off": "No filter: for the mean of many frames",
-        /// Firefly clamp, temporal accumulation with a history, and an edge-stopping filter. All fade as frames are averaged.
+        /// Firefly clamp, temporal accumulation with a history, and an edge-stopping filter. All fade as frames are
+        /// averaged.
         #[default]
         On = "on": "Clamps fireflies, accumulates frames with `history on`, and filters along surfaces",
     }
@@ -119,7 +120,8 @@ parameters! {
     }
 }
 
-/// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer, or light would flicker.
+/// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer,
+/// or light would flicker.
 const RESET_WINDOW: HistoryReset =
     HistoryReset { lasts: 8, counts: 8.0, deviations: 1.0, noise_of_mean: 0.25, restarts: false };
 /// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.

@@ -31,8 +31,8 @@ parameters! {
     pub struct Sampled {
         /// Diffuse rays per pixel; in an image's first frame `first-rays` times as many. More: less noise, slower.
         diffuse_rays: u32 = 8, "indirect-rays" "N" Range::Count(1, 4096);
-        /// Factor of diffuse rays in an image's first frame, which has no history, with `hit-light cached`. More: less noise,
-        /// slower.
+        /// Factor of diffuse rays in an image's first frame, which has no history, with `hit-light cached`. More: less
+        /// noise, slower.
         first_rays: u32 = 2, "first-rays" "N" Range::Count(1, MOST_FIRST_RAYS);
         /// Glossy rays per pixel. More: less noise in reflections, slower. 0: no glossy indirect light.
         glossy_rays: u32 = 4, "glossy-rays" "N" Range::Count(0, 4096);
@@ -40,11 +40,11 @@ parameters! {
         tracer: TracerChoice = TracerChoice::Auto, "indirect-tracer" "NAME" Range::Names;
         /// Pixels from which rays start.
         resolution: IndirectResolution = IndirectResolution::Full => RESOLUTION;
-        /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. Over n frames the radius,
-        /// and with it the bias, shrinks with the sixth root of n.
+        /// Radius of the edge-stopping filter in an image of one frame, up to 64 pixels; 0: none. Over n frames the
+        /// radius, and with it the bias, shrinks with the sixth root of n.
         filter_radius: u32 = 8 => FILTER;
-        /// Firefly clamp. With a filter, light that few rays hit is redistributed over more pixels; without one, some of it is
-        /// lost.
+        /// Firefly clamp. With a filter, light that few rays hit is redistributed over more pixels; without one, some
+        /// of it is lost.
         clamp: IndirectClamp = IndirectClamp::On => CLAMP;
         /// Shading of ray hits.
         hit_light: HitLight = HitLight::Cached, "hit-light" "NAME" Range::Names;
@@ -52,8 +52,9 @@ parameters! {
         bounces: Bounces = Bounces::All, "bounces" "N|all" Range::Names;
         /// Largest capacity of the radiance cache, entries. More: fewer hits without an entry.
         ///
-        /// It is rounded up to a power of two. The cache starts at 131,072 entries and grows. Memory per entry: about 300
-        /// bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with a second table, 410, 1,100 and 1,800.
+        /// It is rounded up to a power of two. The cache starts at 131,072 entries and grows. Memory per entry: about
+        /// 300 bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with a second table, 410, 1,100
+        /// and 1,800.
         cache_entries: u32 = 1 << 18, "cache-entries" "N" Range::Count(LEAST_ENTRIES, MOST_ENTRIES);
         /// Most samples per cache entry in an image's first frame. More: less noise, slower.
         ///
@@ -68,8 +69,8 @@ named_enum! {
     HitLight {
         /// Each hit is shaded: its material is read, and a shadow ray to one chosen light is traced. One bounce.
         Shaded = "shaded": "Each hit is shaded, with a shadow ray to one chosen light. One bounce",
-        /// A world-space radiance cache stores outgoing radiance at ray hits. Each frame updates a fraction of the entries; all of them for some frames
-        /// after a change of the scene.
+        /// A world-space radiance cache stores outgoing radiance at ray hits. Each frame updates a fraction of the
+        /// entries; all of them for some frames after a change of the scene.
         #[default]
         Cached = "cached": "The radiance cache: every bounce",
     }

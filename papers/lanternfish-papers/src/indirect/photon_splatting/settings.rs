@@ -24,7 +24,8 @@ named_enum! {
     Splat {
         /// Light culling makes lists of photons, and each pixel adds up those of its list.
         Gather = "gather": "Light culling makes lists of photons, and each pixel adds up those of its list",
-        /// Each photon is rasterized with additive blending in 32-bit floats, as in the paper, if the adapter supports it.
+        /// Each photon is rasterized with additive blending in 32-bit floats, as in the paper, if the adapter supports
+        /// it.
         Raster = "raster": "Each photon is rasterized with additive blending, if the adapter can blend 32-bit floats",
     }
 }

@@ -50,8 +50,8 @@ parameters! {
         images: PaperImages = PaperImages::Shared, "vpl-images" "NAME" Range::Names, with_default;
         /// Deep images for shadow rays to virtual lights, if their tracer needs some.
         shadow_images: PaperImages = PaperImages::Shared, "vpl-shadow-images" "NAME" Range::Names, with_default;
-        /// Range below which a virtual light is dropped, as a fraction of the scene's radius. Larger: fewer lights, darker
-        /// corners.
+        /// Range below which a virtual light is dropped, as a fraction of the scene's radius. Larger: fewer lights,
+        /// darker corners.
         least_range: f32 = 0.005, "vpl-least-range" "FRACTION" Range::Positive, with_default;
         /// Range above which only some virtual lights are kept, as a fraction of the scene's radius; random ranges end
         /// there. Smaller: fewer lights per pixel.
@@ -62,16 +62,16 @@ parameters! {
         falloff: Attenuation = Attenuation::Gltf, "vpl-falloff" "NAME" Range::Names, with_default;
         /// Angular emission of a virtual light.
         emission: Emission = Emission::Cosine, "vpl-emission" "NAME" Range::Names, with_default;
-        /// Minimum distance to a virtual light in its inverse-square law, m. Larger: darker corners, no spots. Without it,
-        /// a light counts as a disk of the area that it represents.
+        /// Minimum distance to a virtual light in its inverse-square law, m. Larger: darker corners, no spots. Without
+        /// it, a light counts as a disk of the area that it represents.
         least_distance: Option<f32> = None, "vpl-least-distance" "METRES" Range::Positive;
         /// Flux beyond the ranges of virtual lights.
         residual: Residual = Residual::FarLights, "vpl-residual" "NAME" Range::Names, with_default;
-        /// Number of virtual lights without a range that carry the flux beyond ranges, with `vpl-residual far-lights`. More:
-        /// smoother, slower.
+        /// Number of virtual lights without a range that carry the flux beyond ranges, with `vpl-residual far-lights`.
+        /// More: smoother, slower.
         far_lights: u32 = 512, "vpl-far-lights" "N" Range::Count(1, 4096), with_default;
-        /// Weighs a pixel's light by N over the number of virtual lights that reach it, so that pixels that many lights reach
-        /// are no brighter than others; 0: unweighted. Larger: brighter.
+        /// Weighs a pixel's light by N over the number of virtual lights that reach it, so that pixels that many lights
+        /// reach are no brighter than others; 0: unweighted. Larger: brighter.
         weight_count: u32 = 0, "vpl-weight" "N" Range::Count(0, 65536), with_default;
         /// Tracer of shadow rays to virtual lights.
         shadows: Shadows = Shadows::Auto, "vpl-shadows" "NAME" Range::Names, with_default;

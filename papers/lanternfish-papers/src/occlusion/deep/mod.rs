@@ -1,4 +1,5 @@
-//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
+//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives
+//! along them.
 
 mod cells;
 
@@ -106,8 +107,8 @@ impl OcclusionTechnique for Deep {
     }
 }
 
-/// Images per pass. One image per pass would spend its time reading pixels; all images in one pass would keep a slow device busy for longer
-/// than a driver may allow.
+/// Images per pass. One image per pass would spend its time reading pixels; all images in one pass would keep a slow
+/// device busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
 /// Bytes of a pixel's `AmbientVisibilitySums`.
@@ -182,8 +183,8 @@ impl OcclusionPasses for DeepOcclusion {
         self.images.check_growth(growth)
     }
 
-    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is rotated a little
-    /// more, so that one direction points towards it.
+    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is
+    /// rotated a little more, so that one direction points towards it.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -213,7 +214,8 @@ impl OcclusionPasses for DeepOcclusion {
         if let Some(cells) = cells {
             shared = shared.buffer("cell_radiances", cells);
         }
-        // Half vectors deviate half as much as directions. They are as wide as a direction's cell, whose radius is (2 / count)^½.
+        // Half vectors deviate half as much as directions. They are as wide as a direction's cell, whose radius is (2 /
+        // count)^½.
         let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
         let drawn = match self.history {
             History::Off => view.frame_index,

@@ -43,8 +43,8 @@ parameters! {
     pub struct Hbao {
         /// Largest distance of occluders, m, > 0. Higher: darker, and more error from occluders outside the view.
         radius: f32 = 1.0 => DISTANCE;
-        /// Distance between depth samples, pixels: their number grows with the distance of occluders [Aalund2015, §5.1].
-        /// Higher: faster, and thin occluders are missed. Without it: 12 samples to each side for any distance.
+        /// Distance between depth samples, pixels: their number grows with the distance of occluders [Aalund2015,
+        /// §5.1]. Higher: faster, and thin occluders are missed. Without it: 12 samples to each side for any distance.
         step: Option<f32> = None, "occlusion-step" "PIXELS" Range::Positive;
     }
 }
@@ -97,7 +97,8 @@ impl HbaoOcclusion {
 }
 
 impl OcclusionPasses for HbaoOcclusion {
-    /// Writes the ambient visibility of every pixel from the depth around it, and that fraction of the environment's light.
+    /// Writes the ambient visibility of every pixel from the depth around it, and that fraction of the environment's
+    /// light.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -210,7 +210,8 @@ impl Drawn {
         answers.iter().enumerate().map(of).collect()
     }
 
-    /// How often each emitter was a candidate of each surface in some frames of some tiles, and the probability that the shader states.
+    /// How often each emitter was a candidate of each surface in some frames of some tiles, and the probability that
+    /// the shader states.
     fn found(&self, kernels: &mut Kernels<'_>, tiles: u32, frames: u32) -> Vec<(u32, f32)> {
         let count = surfaces().len() * self.emitters();
         let counts = self.buffer(kernels.gpu, "found_counts", 4 * count);
@@ -225,8 +226,8 @@ impl Drawn {
     }
 }
 
-/// What is wrong with candidates: how often each emitter was drawn by each surface in so many trials, and the chance that the shader states. `worths`: least
-/// and most worth of the emitter's points to the surface.
+/// What is wrong with candidates: how often each emitter was drawn by each surface in so many trials, and the chance
+/// that the shader states. `worths`: least and most worth of the emitter's points to the surface.
 fn fault(worths: &[[f32; 2]], found: &[(u32, f32)], emitters: usize, trials: f64) -> Result<(), String> {
     // By tile and emitter: sum of the differences, and of the variances.
     let mut sums = vec![[0.0f64; 2]; found.len() / PIXELS];
@@ -268,7 +269,8 @@ fn fault(worths: &[[f32; 2]], found: &[(u32, f32)], emitters: usize, trials: f64
     if compared > 100 { Ok(()) } else { Err(format!("{compared} compared")) }
 }
 
-/// Numbers of lights and directional ones among them, whether triangles emit, rays, and how many draws of tiles are compared.
+/// Numbers of lights and directional ones among them, whether triangles emit, rays, and how many draws of tiles are
+/// compared.
 type Case = (usize, usize, bool, u32, u32);
 
 fn check_draws(gpu: &Gpu, cases: &[Case]) {

@@ -82,7 +82,8 @@ fn outdoors(scale: f32) -> Scene {
     scene
 }
 
-/// Uploads, updates and every output agree on the unit: a scene that has become brighter, or of which a part has, is as after a new upload.
+/// Uploads, updates and every output agree on the unit: a scene that has become brighter, or of which a part has, is as
+/// after a new upload.
 #[gpu_test(full)]
 fn gpu_light_that_is_stored_in_another_unit_is_the_same(gpu: &Gpu) {
     const SCALE: f32 = 16384.0;

@@ -105,7 +105,8 @@ fn cases() -> Vec<Case> {
             of(&mut |_, random| random.unit() + 1e-3);
             // Over 20 orders of magnitude.
             of(&mut |_, random| 10f32.powf(random.between(-10.0, 10.0)));
-            // As many that dominate as there are rays, or one fewer or more, first or last; the others vanish beside them.
+            // As many that dominate as there are rays, or one fewer or more, first or last; the others vanish beside
+            // them.
             let rays = rays as usize;
             for (dominating, is_first) in [(1, false), (rays - 1, true), (rays, false), (rays, true), (rays + 1, false)]
             {
@@ -135,7 +136,8 @@ fn fault(gpu: &Gpu, library: &ShaderLibrary) -> Result<(), String> {
             return Err(format!("{chosen} are chosen: {case:?}"));
         }
         for (i, (actual, expected)) in answer.iter().zip(&expected).enumerate() {
-            // A sum of up to 36 probabilities that is rounded otherwise may pass a whole number one candidate earlier or later.
+            // A sum of up to 36 probabilities that is rounded otherwise may pass a whole number one candidate earlier
+            // or later.
             match (*actual > 0.0) == (*expected > 0.0) {
                 true => same += 1,
                 false => other += 1,
