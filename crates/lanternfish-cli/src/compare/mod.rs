@@ -47,8 +47,8 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     pub reference: PathBuf,
 
-    /// Exposure in stops of EXR files for display measures and --side-by-side, 0 without it. Values are clamped to 0..1 and
-    /// sRGB-encoded. HDR-FLIP chooses its own exposures.
+    /// Exposure in stops of EXR files for display measures and --side-by-side, 0 without it. Values are clamped to 0..1
+    /// and sRGB-encoded. HDR-FLIP chooses its own exposures.
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     pub exposure: Option<f32>,
     /// Tone mapper of HDR-FLIP: aces without it.
@@ -59,8 +59,8 @@ pub struct CompareArgs {
     #[arg(allow_hyphen_values = true)]
     pub pixels_per_degree: f32,
 
-    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the layer
-    /// `variance` of A, if present.
+    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its image. Without it: the
+    /// layer `variance` of A, if present.
     #[arg(long, value_name = "FILE.exr")]
     pub variance_a: Option<PathBuf>,
     /// Variances of B's pixel values; as --variance-a. If only one of A and B has variances, the other counts as exact.
@@ -70,8 +70,8 @@ pub struct CompareArgs {
     /// Writes all measures as JSON; - is standard output, instead of the table.
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-    /// Writes FLIP's error map: black is zero, through purple and orange, pale yellow the largest; cyan pixels are excluded.
-    /// HDR-FLIP for EXR files.
+    /// Writes FLIP's error map: black is zero, through purple and orange, pale yellow the largest; cyan pixels are
+    /// excluded. HDR-FLIP for EXR files.
     #[arg(long, value_name = "FILE.png")]
     pub map: Option<PathBuf>,
     /// Writes A, B and the error map side by side.

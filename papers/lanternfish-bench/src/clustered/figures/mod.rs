@@ -1,7 +1,7 @@
 //! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every cluster shape over the frames of a track, in mono and stereo.
 //!
-//! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each pass and frame
-//! is reported ([`lanternfish_cli::replay`]).
+//! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each
+//! pass and frame is reported ([`lanternfish_cli::replay`]).
 
 pub mod claims;
 pub mod page;
