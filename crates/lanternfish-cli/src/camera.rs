@@ -10,8 +10,8 @@ use crate::{args::ViewArgs, error::CliError};
 /// Vertical field of view if neither file nor flags set one: 45°, that of a 50 mm lens held upright.
 const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
-/// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole scene.
-/// `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
+/// The camera that the flags request: `--camera` or `--view`, else the file's first, else one that frames the whole
+/// scene. `--eye`, `--target` and `--fov-y` then move, rotate and zoom it. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
     Cameras::of(scene, &Bounds::EMPTY, aspect).choose(flags)
 }
@@ -42,8 +42,8 @@ pub(crate) struct Cameras<'s> {
 }
 
 impl<'s> Cameras<'s> {
-    /// `reach` is the box through which the scene moves, empty if nothing moves: a camera that frames the scene shows all
-    /// of it.
+    /// `reach` is the box through which the scene moves, empty if nothing moves: a camera that frames the scene shows
+    /// all of it.
     pub fn of(scene: &'s Scene, reach: &'s Bounds, aspect: f32) -> Self {
         let bounds: Box<dyn FnOnce() -> Bounds + 's> = Box::new(|| scene.bounds());
         Self { scene, bounds: LazyCell::new(bounds), reach, aspect, last: None, is_any_inside: false }
@@ -100,8 +100,8 @@ fn revolved<F: FnOnce() -> Bounds>(
 pub(crate) const INSIDE: &str = "a closed interior, seen from inside; --eye and --target choose another viewpoint, --view iso \
                           shows it from outside";
 
-/// The camera of `flags` at another time. Only a camera of the file moves: it takes its transform from `scene` and stays
-/// otherwise as it was `chosen`.
+/// The camera of `flags` at another time. Only a camera of the file moves: it takes its transform from `scene` and
+/// stays otherwise as it was `chosen`.
 ///
 /// A camera that frames the scene keeps its first framing, so that the image does not sway with moving objects.
 pub(crate) fn follow(

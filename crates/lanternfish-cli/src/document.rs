@@ -82,7 +82,8 @@ impl Document {
         self.header = std::mem::take(&mut self.header).and(facts);
     }
 
-    /// Adds a paragraph about the origin of the results: `what`, then adapter, driver and version, then the statistic of the times.
+    /// Adds a paragraph about the origin of the results: `what`, then adapter, driver and version, then the statistic
+    /// of the times.
     pub fn introduction(&mut self, what: &str, times: &str) {
         let said = |key| self.header.get(key).as_str().unwrap_or_default();
         let text = format!(

@@ -150,7 +150,8 @@ impl Output {
         }
     }
 
-    /// Memory that writing these quantities needs besides, bytes per pixel: copies of 32-bit values, and the encoded file.
+    /// Memory that writing these quantities needs besides, bytes per pixel: copies of 32-bit values, and the encoded
+    /// file.
     pub fn bytes_of(&self, quantities: &[Quantity]) -> u64 {
         let channels = quantities.iter().map(|quantity| quantity.channels());
         match self.format {
@@ -221,7 +222,8 @@ impl Output {
         self.background != Background::Environment
     }
 
-    /// The opacity of an image's pixels, unless it has the environment for a background. That of a shadow catcher is noisy.
+    /// The opacity of an image's pixels, unless it has the environment for a background. That of a shadow catcher is
+    /// noisy.
     fn alpha(&self, rendering: &RenderedImage) -> Option<Vec<f32>> {
         self.has_alpha().then(|| rendering.radiance.iter().map(|[.., alpha]| alpha.clamp(0.0, 1.0)).collect())
     }
@@ -277,7 +279,8 @@ pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -
     Ok(())
 }
 
-/// Returns an error if a name that the program chose is that of a PNG image of somebody else's beside the scene: it may be a texture.
+/// Returns an error if a name that the program chose is that of a PNG image of somebody else's beside the scene: it may
+/// be a texture.
 pub fn refuse_texture(path: &Path, scene: &SceneName) -> Result<(), CliError> {
     let folder = |path: &Path| destination(path).and_then(|path| Some(path.parent()?.to_owned()));
     let is_beside = scene.demo().is_none() && folder(path).is_some() && folder(path) == folder(scene.path());
@@ -297,8 +300,8 @@ pub fn print(text: &str) -> Result<(), CliError> {
     printed(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()))
 }
 
-/// Converts the result of writing to standard output. A reader that closed it has enough (`lanternfish render … | head -1`): the rest is not
-/// printed, and the work and its exit code do not change.
+/// Converts the result of writing to standard output. A reader that closed it has enough (`lanternfish render … | head
+/// -1`): the rest is not printed, and the work and its exit code do not change.
 pub(crate) fn printed(result: std::io::Result<()>) -> Result<(), CliError> {
     match result {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),

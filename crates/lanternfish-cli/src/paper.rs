@@ -20,7 +20,8 @@ pub(crate) fn given(name: Option<&OsStr>) -> GivenSettings {
     paper.map(Paper::given).unwrap_or_default()
 }
 
-/// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are arrays.
+/// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are
+/// arrays.
 pub(crate) fn for_moving(shot: &Shot, settings: &mut Settings) {
     let row = shot.args.paper.and_then(|paper| paper.rows().into_iter().find(|row| row.name == "deep-store"));
     // Another store than the paper's was given beside it.

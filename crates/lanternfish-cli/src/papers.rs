@@ -1,6 +1,7 @@
 //! `lanternfish papers`: a scene as each paper renders it, beside the ground truth.
 //!
-//! Each image is made by a process of its own, with the commands `reference` and `render`, so that the sheet shows what a user gets.
+//! Each image is made by a process of its own, with the commands `reference` and `render`, so that the sheet shows what
+//! a user gets.
 
 use std::{
     collections::BTreeMap,
@@ -74,7 +75,8 @@ pub struct PapersArgs {
     /// Samples per pixel of the path tracer. Four times as many: half the noise.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     pub spp: u64,
-    /// Keeps the ground truth that is in the folder, if it is of the same scene and settings, and adds samples that it lacks.
+    /// Keeps the ground truth that is in the folder, if it is of the same scene and settings, and adds samples that it
+    /// lacks.
     #[arg(long)]
     pub resume: bool,
     /// The flags of `render` that apply here.

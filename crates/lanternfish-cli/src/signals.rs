@@ -1,7 +1,7 @@
 //! Signals that request termination: Ctrl-C, the system's, and that of a closed terminal.
 //!
-//! A signal ends the process at once, after half-written files are removed. A run that calls [`end_when_requested`] checks
-//! [`requested`] instead and ends in its own time after the first signal.
+//! A signal ends the process at once, after half-written files are removed. A run that calls [`end_when_requested`]
+//! checks [`requested`] instead and ends in its own time after the first signal.
 
 use std::{
     io,
@@ -14,8 +14,8 @@ use std::{
 
 use lanternfish_metrics::remove_unfinished;
 
-/// Programs that end another (`timeout`, `cargo run`) may signal it twice at once, directly and through its group. A signal
-/// within this time after the first counts as the same.
+/// Programs that end another (`timeout`, `cargo run`) may signal it twice at once, directly and through its group. A
+/// signal within this time after the first counts as the same.
 const ECHO: Duration = Duration::from_millis(500);
 
 /// True if the first signal waits for the run.

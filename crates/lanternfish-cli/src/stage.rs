@@ -43,7 +43,8 @@ pub struct Stage<P> {
 
 impl<P> Stage<P> {
     /// Reads the scene, chooses the cameras of the `first` and of other frames, and adds light around the first, all at
-    /// 0 s, whichever frames are requested. `check` sees the scene before cameras and light are chosen, which visits every placed triangle.
+    /// 0 s, whichever frames are requested. `check` sees the scene before cameras and light are chosen, which visits
+    /// every placed triangle.
     pub fn of(
         shot: &Shot,
         (first, pose): (ShotFrame, impl FnOnce(&mut Cameras<'_>) -> Result<P, CliError>),

@@ -207,8 +207,8 @@ pub fn to_markdown(rows: &[Row]) -> String {
     text
 }
 
-/// Formats rows, which have the same columns, as aligned text. Empty without rows, and without a line of headings if all
-/// are empty.
+/// Formats rows, which have the same columns, as aligned text. Empty without rows, and without a line of headings if
+/// all are empty.
 pub fn to_text(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let mut lines: Vec<Vec<&str>> = vec![first.columns().map(|(heading, _)| heading).collect()];
@@ -224,7 +224,8 @@ pub fn to_text(rows: &[Row]) -> String {
     lines.flat_map(|cells| [line(cells).trim_end().to_owned(), "\n".to_owned()]).collect()
 }
 
-/// Formats rows as an HTML table. A figure that ends in a star has the class `marked`, a row that begins with a star the class `noise`.
+/// Formats rows as an HTML table. A figure that ends in a star has the class `marked`, a row that begins with a star
+/// the class `noise`.
 pub fn to_html(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let class = |cell: &Cell| if cell.is_text { " class=\"text\"" } else { "" };

@@ -12,9 +12,9 @@ use tempfile::{Builder, NamedTempFile};
 
 /// Writes a file at `path` atomically: `write` fills a temporary file in the same folder, which is then renamed.
 ///
-/// The rename replaces an existing file and keeps its permissions. If anything fails, the existing file is unchanged and
-/// the temporary file is removed. A symbolic link is followed: its target is replaced. Pipes, devices and the target of
-/// `/dev/stdout` get the complete content at once, or nothing. An error if [`check_writable`] returns one.
+/// The rename replaces an existing file and keeps its permissions. If anything fails, the existing file is unchanged
+/// and the temporary file is removed. A symbolic link is followed: its target is replaced. Pipes, devices and the
+/// target of `/dev/stdout` get the complete content at once, or nothing. An error if [`check_writable`] returns one.
 pub fn write_aside<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
@@ -59,8 +59,8 @@ pub fn is_stream(path: &Path) -> bool {
     matches!(replaced(path), Ok(None))
 }
 
-/// The path that [`write_aside`] writes to for `path`, with links resolved; the file need not exist. All names of a file
-/// have the same destination. `None` if the parent folder does not exist.
+/// The path that [`write_aside`] writes to for `path`, with links resolved; the file need not exist. All names of a
+/// file have the same destination. `None` if the parent folder does not exist.
 pub fn destination(path: &Path) -> Option<PathBuf> {
     let target = links(path).last()?;
     let folder = folder_of(&target).canonicalize().ok().filter(|folder| folder.is_dir())?;
@@ -85,8 +85,8 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The file to replace, with links resolved, and its permissions if it exists. `None` for what is appended to: a pipe, a
-/// device, a file that this process inherited open.
+/// The file to replace, with links resolved, and its permissions if it exists. `None` for what is appended to: a pipe,
+/// a device, a file that this process inherited open.
 fn replaced(path: &Path) -> io::Result<Option<(PathBuf, Option<Permissions>)>> {
     let refused = |kind, what: &str| Err(io::Error::new(kind, what));
     // `name/` and `name/.` denote folders too, even if they do not exist.

@@ -12,7 +12,8 @@ pub enum Array {
     Identities(Vec<u32>),
 }
 
-/// Writes arrays by name, as (height, width) or (height, width, channels), and `names` as `names.json`. Equal content gives equal bytes.
+/// Writes arrays by name, as (height, width) or (height, width, channels), and `names` as `names.json`. Equal content
+/// gives equal bytes.
 pub fn write(path: &Path, size: [u32; 2], arrays: &[(&str, Array)], names: Option<&str>) -> Result<(), CliError> {
     let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
     let [width, height] = size;

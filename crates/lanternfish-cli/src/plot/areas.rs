@@ -15,8 +15,8 @@ pub struct Area {
     pub heights: Vec<f64>,
 }
 
-/// Stacks areas over frames, the first at the bottom. `high` is the least top of the axis, so that several plots can share one;
-/// 0 derives it from the data.
+/// Stacks areas over frames, the first at the bottom. `high` is the least top of the axis, so that several plots can
+/// share one; 0 derives it from the data.
 pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Area]) -> String {
     let count = areas.iter().map(|area| area.heights.len()).max().unwrap_or(0);
     let sum = |i: usize| areas.iter().map(|area| area.heights.get(i).unwrap_or(&0.0)).sum::<f64>();

@@ -9,8 +9,8 @@ const COLUMNS: usize = 340;
 const COLORS: [[f64; 3]; 5] =
     [[255.0, 255.0, 255.0], [254.0, 217.0, 118.0], [240.0, 110.0, 40.0], [165.0, 15.0, 60.0], [40.0, 0.0, 50.0]];
 
-/// Draws bins that double (0, 1, 2 to 3, 4 to 7, …) over frames, coloured by their counts. The scale is logarithmic from 1 to
-/// the largest count, at least `high`, so that several maps can share a scale.
+/// Draws bins that double (0, 1, 2 to 3, 4 to 7, …) over frames, coloured by their counts. The scale is logarithmic
+/// from 1 to the largest count, at least `high`, so that several maps can share a scale.
 pub fn heat_map(title: &str, x_label: &str, y_label: &str, high: f64, frames: &[&[u64]]) -> String {
     let bins = frames.iter().map(|bins| bins.len()).max().unwrap_or(0).max(1);
     let most = frames.iter().flat_map(|bins| bins.iter()).map(|count| *count as f64).fold(high.max(1.0), f64::max);

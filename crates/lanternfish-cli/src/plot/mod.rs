@@ -100,7 +100,8 @@ pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> Stri
     svg.finish()
 }
 
-/// Draws one bar per row: its name and the lengths of its parts, in the order of `parts`, which holds names and colours.
+/// Draws one bar per row: its name and the lengths of its parts, in the order of `parts`, which holds names and
+/// colours.
 pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(String, Vec<f64>)]) -> String {
     const ROW: f64 = 24.0;
     let (left, top, width) = (150.0, 40.0, 410.0);
@@ -234,8 +235,8 @@ mod tests {
             points: vec![(10.0, 1.0), (1000.0, 4.0)],
         };
         let svg = curves("t", &x, &y, &[curve]);
-        // First point at half of the width and a quarter of the height. The second lies beyond the axes and is clamped to a
-        // corner.
+        // First point at half of the width and a quarter of the height. The second lies beyond the axes and is clamped
+        // to a corner.
         assert!(svg.contains("M315.00 283.75L560.00 40.00") && svg.contains("a &lt; b"), "{svg}");
         let rows = [("r".to_owned(), vec![1.0, 3.0])];
         let svg = bars("t", "ms", &[("one", "red"), ("two", "blue")], &rows);

@@ -94,7 +94,8 @@ impl ShownFrames {
             false => "Rendering",
         };
         match self.all {
-            // A frame has several parts if the host reads a result, or if it starts over with larger lists: no count of its passes is known.
+            // A frame has several parts if the host reads a result, or if it starts over with larger lists: no count of
+            // its passes is known.
             1 => self.bar.tell(format!("{doing}: {label}")),
             all => {
                 let fraction = f64::from(done) / f64::from(all);
@@ -155,8 +156,9 @@ impl<'a> RenderedImages<'a> {
         }
     }
 
-    /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone would
-    /// flicker. May add light to a scene that is nearly black. If the first frame `is_next`, its images are reused.
+    /// Chooses the exposure of all images by the sequence's first frame, whether requested or not; metering each alone
+    /// would flicker. May add light to a scene that is nearly black. If the first frame `is_next`, its images are
+    /// reused.
     pub fn meter(&mut self, first: &Posed, is_next: bool, progress: &mut Progress) -> Result<(), CliError> {
         if let Some(ev) = self.revolving.exposure() {
             self.renderer.set_exposure(Exposure::Ev(ev))?;
@@ -298,8 +300,8 @@ impl<'a> RenderedImages<'a> {
         }
     }
 
-    /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is relative
-    /// to the previous one.
+    /// Renders the images at a frame's time, one per eye. They depend on the frame alone, except for motion, which is
+    /// relative to the previous one.
     fn drawn(&mut self, frame: &Posed, progress: &mut Progress) -> Result<Drawn, CliError> {
         let camera = self.moved(frame, progress)?;
         let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;

@@ -39,8 +39,8 @@ pub fn write_exr_layers(
     write_layers(path, &layers, attributes, FlatSamples::F32)
 }
 
-/// As [`write_exr_layers`], each image with the opacity of its pixels, if given: the channel `A`, by which the colours are
-/// premultiplied. A single image is of half floats if they hold it, as in [`write_exr`].
+/// As [`write_exr_layers`], each image with the opacity of its pixels, if given: the channel `A`, by which the colours
+/// are premultiplied. A single image is of half floats if they hold it, as in [`write_exr`].
 pub fn write_exr_image(
     path: &Path,
     layers: &[(&str, &RgbImage, Option<&[f32]>)],

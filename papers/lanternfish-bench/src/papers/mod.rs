@@ -1,5 +1,5 @@
-//! `lanternfish-bench papers`: every table and every figure with numbers of the five papers on one page, beside ours, with a verdict on
-//! each claim.
+//! `lanternfish-bench papers`: every table and every figure with numbers of the five papers on one page, beside ours,
+//! with a verdict on each claim.
 //!
 //! Other benches measure ([`mod@parts`]), each in a process of its own; this one reads their reports.
 
@@ -53,7 +53,8 @@ pub struct PapersArgs {
     /// Version of the sources. Default: what git says of them.
     #[arg(long, value_name = "TEXT", hide_short_help = true)]
     commit: Option<String>,
-    /// Measures only what is not complete in the folder, or was measured with other arguments, by other sources or on another adapter.
+    /// Measures only what is not complete in the folder, or was measured with other arguments, by other sources or on
+    /// another adapter.
     #[arg(long)]
     resume: bool,
     /// The folder for the page and for the parts' reports. It is made if it is not there.

@@ -189,8 +189,9 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
 
 /// Ratio of an image's indirect light to the ground truth's, whose fraction of the energy is `indirect`.
 ///
-/// The image's indirect light is its energy less that of the row with as many frames without indirect light. A small relative error of direct
-/// light, a few parts per thousand, would otherwise count several times in the ratio. `None` if there is no such row, or if this is that row.
+/// The image's indirect light is its energy less that of the row with as many frames without indirect light. A small
+/// relative error of direct light, a few parts per thousand, would otherwise count several times in the ratio. `None`
+/// if there is no such row, or if this is that row.
 fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
     let figures = row.figures.as_ref()?;
     let of_row = |none: &&Measured| {
@@ -206,7 +207,8 @@ fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f6
 /// Least ratio of a ground truth's indirect light to its noise for which indirect light is compared.
 const MOST_NOISE: f64 = 4.0;
 
-/// Energy of a ground truth's indirect light, as a fraction of its energy. `None` if it has none, or if noise exceeds it.
+/// Energy of a ground truth's indirect light, as a fraction of its energy. `None` if it has none, or if noise exceeds
+/// it.
 fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
     let indirect = 1.0 - ground_truth.energy_without_indirect?;
     (indirect > MOST_NOISE * ground_truth.noise_energy).then_some(indirect)
