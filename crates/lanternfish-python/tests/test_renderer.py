@@ -82,6 +82,29 @@ def test_a_file_keeps_names_classes_cameras_and_animations():
     assert lf.Scene().bounds is None and len(scene.lights) == len(lf.load("demo:cornell").lights)
 
 
+def test_lights_and_cameras_come_back_as_they_were_added():
+    scene, eye, down = lf.Scene(), (1, 2, 3), (0, -1, 0)
+    lights = [
+        (lf.PointLight(eye, 5, range=4, name="lamp"), ["position"]),
+        (lf.SpotLight(eye, down, 7, 10, 30, (1, 0.5, 0)), ["position", "direction", "angles"]),
+        (lf.DirectionalLight(down, 9), ["direction"]),
+        (lf.DiskLight(eye, down, 0.7), ["position", "direction", "size"]),
+        (lf.RectangleLight(eye, down, (0, 0, 1), (2, 3)), ["position", "direction", "size", "right"]),
+    ]
+    assert [scene.add(light) for light, _ in lights] == [0, 1, 2, 3, 4]
+    for (light, fields), back in zip(lights, scene.lights):
+        assert (light.kind, light.name, light.range) == (back.kind, back.name, back.range)
+        assert all(np.allclose(getattr(light, name), getattr(back, name)) for name in ["intensity", *fields]), back
+    pose = lf.Camera.look_at(eye, (0, 0, 0)).pose
+    cameras = [lf.Camera(pose, 37, 0.5), lf.Camera.from_intrinsics(90, 80, 30, 20, SIZE, pose, "opengl", 0.25)]
+    for camera in (*cameras, lf.Camera.orthographic(pose, 2)):
+        scene.add(camera, name="eye")
+        back = scene.cameras[-1]
+        assert (back.name, back.near) == ("eye", camera.near) and np.allclose(back.pose, pose)
+    for camera, back in zip(cameras, scene.cameras):
+        assert np.allclose(back.intrinsics(SIZE), camera.intrinsics(SIZE))
+
+
 def test_scenes_of_trimesh_keep_places_colours_and_textures():
     trimesh = pytest.importorskip("trimesh")
     box = trimesh.creation.box((1, 1, 1))
