@@ -99,7 +99,7 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
 
 /// Settings of a configuration, with clusters to `depth` m. Shadows are off, because light culling is measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
-    let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
+    let clustered = Clustered { shape, grouping, assignment, depth };
     Settings::direct_light().with_culling(clustered).with_shadows(Shadows::None)
 }
 
