@@ -2,7 +2,7 @@
 
 use std::{
     ffi::OsStr,
-    io::{self, Read as _},
+    io::{self, Read as _, Write as _},
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
 };
@@ -29,6 +29,16 @@ pub fn cargo<S: AsRef<OsStr>>(words: impl IntoIterator<Item = S>) -> Command {
 /// Prints the command line and runs it. Returns an error unless it succeeds.
 pub fn run(command: &mut Command) -> Result<(), String> {
     told(command, Command::status)
+}
+
+/// As [`run`], with `input` on its standard input and without its standard output.
+pub fn run_with_input(command: &mut Command, input: &str) -> Result<(), String> {
+    told(command.stdin(Stdio::piped()).stdout(Stdio::null()), |command| {
+        let mut child = command.spawn()?;
+        // A program that stops reading states the reason by its exit status.
+        let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
+        child.wait()
+    })
 }
 
 /// As [`run`]; returns its standard output.
@@ -95,7 +105,10 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_command_returns_its_output() {
+    fn a_command_reads_its_input_and_returns_its_output() {
+        let mut reads = Command::new("sh");
+        assert_eq!(run_with_input(reads.args(["-c", "test \"$(cat)\" = 'two words'"]), "two words\n"), Ok(()));
+        assert!(run_with_input(&mut Command::new("false"), &"much ".repeat(100_000)).is_err());
         assert_eq!(run_for_output(Command::new("echo").arg("two words")).as_deref(), Ok("two words\n"));
         assert!(run_for_output(&mut Command::new("false")).is_err());
     }

@@ -61,10 +61,10 @@ cargo xtask faults [NAME...] [--full]
 cargo xtask images [NAME...]
                            makes the images of docs/gallery.md and docs/any-file.md again, or those of these names: hours without a
                            graphics card; a test fails once they are 60 days older than the last commit
-cargo xtask shader-stats [--write]
-                           what RADV, Mesa's compiler for AMD's graphics cards, makes of the passes that take most of a frame's
-                           time, without a card: prints the rows that differ from docs/measured/shader-stats-*; --write stores
-                           the new ones
+cargo xtask shader-stats [TEXT | --write | --page MESA]
+                           what RADV, Mesa's compiler for AMD's graphics cards, makes of every shader, without a card: prints the rows
+                           that differ from docs/measured/shader-stats-*; --write stores the new ones; --page prints those of
+                           a version of Mesa; with TEXT, prints the variants whose names contain it
 cargo xtask interface [--write]
                            fails if the public items of the product's crates differ from docs/interface.txt; --write stores them
 cargo xtask check [--full] lines by folder, format, lints; --full also lints for a browser, documentation, the public interface, and
