@@ -50,7 +50,7 @@ fn frames_until(before: &[f64], after: &[f64]) -> [Option<usize>; 3] {
 
 #[test]
 fn an_exponential_decay_has_its_frames() {
-    let [on, out] = [vec![2.0; FRAMES], (1..=FRAMES as i32).map(|k| 2.0 * 0.75f64.powi(k)).collect()];
-    assert_eq!(frames_until(&on, &out), [Some(3), Some(9), Some(17)]);
+    let [on, out] = [vec![2.0; FRAMES], (1..=FRAMES as i32).map(|k| 2.0 * 0.5f64.powi(k)).collect()];
+    assert_eq!(frames_until(&on, &out), [Some(1), Some(4), Some(7)]);
     assert_eq!(frames_until(&on, &on), [None; 3], "nothing changes");
 }
