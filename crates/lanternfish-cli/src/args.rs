@@ -207,7 +207,9 @@ pub struct OutputArgs {
     #[arg(long, value_name = "on|off", default_value = "on", action = ArgAction::Set, hide_short_help = true)]
     #[arg(value_parser = names([("on", "Below the image"), ("off", "No scale")]).map(|name| name == "on"))]
     pub legend: bool,
-    /// Opens the image in the system's viewer when it is ready; of a sequence, the last frame.
+    /// Opens the image in the system's viewer when it is ready.
+    ///
+    /// Of a sequence, the last frame.
     #[arg(long)]
     pub open: bool,
 }
