@@ -59,14 +59,15 @@ pub enum Command {
     View(Box<WindowArgs>),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
-    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder. `-o NAME.toml` writes the
-    /// shot to a file of this folder; any other -o is the image's.
+    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder. `-o
+    /// NAME.toml` writes the shot to a file of this folder; any other -o is the image's.
     #[command(after_help = shot::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish shot [OPTIONS OF render] [-o SHOT.toml] <SCENE>")]
     Shot(Box<ShotArgs>),
     /// Lists the complete, broken and missing frames of a sequence.
     ///
-    /// Decodes every pixel and compares the sizes with the requested one. Exits with 0 if all frames are complete, else with 1.
+    /// Decodes every pixel and compares the sizes with the requested one. Exits with 0 if all frames are complete, else
+    /// with 1.
     #[command(after_help = frames::HELP, args_override_self = true)]
     Frames(Box<FramesArgs>),
     /// Writes an Open Job Description job that renders a sequence on many machines.
@@ -84,8 +85,9 @@ pub enum Command {
     Merge(MergeArgs),
     /// Checks this machine: its adapters and techniques, correct images, speed.
     ///
-    /// Renders small built-in scenes with every technique and compares them with a path tracer on the CPU; times rays, sorting
-    /// and the passes of a fixed frame. Takes at most 3 minutes without a graphics card, 40 seconds with --quick.
+    /// Renders small built-in scenes with every technique and compares them with a path tracer on the CPU; times rays,
+    /// sorting and the passes of a fixed frame. Takes at most 3 minutes without a graphics card, 40 seconds with
+    /// --quick.
     #[command(after_help = doctor::HELP)]
     Doctor(DoctorArgs),
     /// Prints the contents of a scene, or the adapters that can render it.
@@ -97,13 +99,14 @@ pub enum Command {
     Compare(Box<CompareArgs>),
     /// Plays a camera track frame by frame: times of every pass, counters of every frame, and regressions.
     ///
-    /// Takes the flags of `render`. Times come from --runs equal runs without readback; counters and image hashes come from one
-    /// separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
+    /// Takes the flags of `render`. Times come from --runs equal runs without readback; counters and image hashes come
+    /// from one separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),
     /// Renders a scene as each of the five papers, as all five at once, and by path tracing, on one sheet.
     ///
-    /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html, papers.png and each image.
+    /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html,
+    /// papers.png and each image.
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),
@@ -121,13 +124,14 @@ pub struct BenchArgs {
     words: Vec<OsString>,
 }
 
-/// The entry point of the program `lanternfish`: runs the process's arguments and returns its exit code. Call it first in
-/// `main`.
+/// The entry point of the program `lanternfish`: runs the process's arguments and returns its exit code. Call it first
+/// in `main`.
 pub fn main() -> ExitCode {
     ExitCode::from(begin())
 }
 
-/// As [`main`], for a program that lives in another one: `program` starts this one in another process, before `arguments`.
+/// As [`main`], for a program that lives in another one: `program` starts this one in another process, before
+/// `arguments`.
 pub fn main_of(program: Vec<OsString>, arguments: Vec<OsString>) -> u8 {
     program::embed(program, arguments);
     begin()

@@ -1,12 +1,14 @@
-//! The interactive viewer of Lanternfish: a scene, a fly-through camera, panels for all settings, and device time per pass.
+//! The interactive viewer of Lanternfish: a scene, a fly-through camera, panels for all settings, and device time per
+//! pass.
 //!
 //! ```text
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ viewport.rs ─▶ a texture ─▶ window.rs
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows. Without the feature `window`,
-//! which is on by default, the crate has recordings of cameras alone, and [`run`] and [`compare`] return an error.
+//! `renderings/` is the viewer of image files. `events.rs` is the event loop of both windows. Without the feature
+//! `window`, which is on by default, the crate has recordings of cameras alone, and [`run`] and [`compare`] return an
+//! error.
 
 #[cfg(test)]
 #[macro_use]
@@ -121,7 +123,8 @@ pub enum Form {
 pub struct Written {
     /// The command line, or the path of the file.
     pub text: String,
-    /// The camera as written: the current camera, rounded. The window continues with it, so that both images are equal bit for bit.
+    /// The camera as written: the current camera, rounded. The window continues with it, so that both images are equal
+    /// bit for bit.
     pub camera: Camera,
 }
 
@@ -153,7 +156,8 @@ pub struct Start {
     pub open: Opener,
     /// Writes a screenshot.
     pub keep: Keeper,
-    /// Records camera moves in steps of this length in seconds, and passes them to the keeper when the window is closed. `None` records nothing.
+    /// Records camera moves in steps of this length in seconds, and passes them to the keeper when the window is
+    /// closed. `None` records nothing.
     pub record: Option<(f32, RecordKeeper)>,
     /// Writes the current view.
     pub write: Writer,
@@ -173,7 +177,8 @@ pub struct Opened {
     pub eyes: Option<Eyes>,
     /// The render settings; `None` if the file specifies none, which leaves the current settings.
     pub settings: Option<Settings>,
-    /// The exposure that replaces the current one, since another scene has other light; `None` keeps that of the settings.
+    /// The exposure that replaces the current one, since another scene has other light; `None` keeps that of the
+    /// settings.
     pub exposure: Option<Exposure>,
     /// The animation time that is shown; `None` leaves everything as the file has it.
     pub moment: Option<Moment>,

@@ -74,8 +74,8 @@ impl Wipe {
     }
 }
 
-/// Paints both sides into `viewport`. `image_rect` is the rectangle of the complete image, which may be larger or smaller. [`line`] draws and
-/// moves the line; call it after other interactions with the viewport.
+/// Paints both sides into `viewport`. `image_rect` is the rectangle of the complete image, which may be larger or
+/// smaller. [`line`] draws and moves the line; call it after other interactions with the viewport.
 pub fn paint(ui: &Ui, viewport: Rect, image_rect: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
         let Some(texture) = texture.filter(|_| to > from) else { return };

@@ -30,8 +30,8 @@ pub use presets::Preset;
 
 /// Rendering settings, in groups. `Default` is the recommended configuration: all light, at [`Preset::Good`].
 ///
-/// As data, a technique is its name, or a table of its parameters under its name; what is missing has its default. An unknown technique,
-/// key or value is an error that names the nearest one.
+/// As data, a technique is its name, or a table of its parameters under its name; what is missing has its default. An
+/// unknown technique, key or value is an error that names the nearest one.
 ///
 /// ```
 /// # use lanternfish::settings::{Exposure, Settings};
@@ -54,11 +54,12 @@ pub struct Settings {
     pub shadows: ShadowSettings,
     /// Indirect light technique.
     pub indirect: Indirect,
-    /// Ambient visibility, and with it light from the environment or the constant sky. Without it the environment lights surfaces only if
-    /// rays of [`Self::indirect`] see it: next to [`Sampled`](crate::techniques::Sampled) it affects only its debug view. Transparent
-    /// surfaces use the value of the nearest one in the pixel.
+    /// Ambient visibility, and with it light from the environment or the constant sky. Without it the environment
+    /// lights surfaces only if rays of [`Self::indirect`] see it: next to [`Sampled`](crate::techniques::Sampled) it
+    /// affects only its debug view. Transparent surfaces use the value of the nearest one in the pixel.
     pub occlusion: Occlusion,
-    /// Structure for approximate tracers, with its parameters. Without one, a tracer builds its own with default parameters.
+    /// Structure for approximate tracers, with its parameters. Without one, a tracer builds its own with default
+    /// parameters.
     #[serde(with = "structure")]
     pub structure: Structure,
     /// Temporal accumulation of indirect light, area-light shadows and ambient visibility.
@@ -70,8 +71,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Direct light with shadows, and nothing else: the cheapest configuration. Emission and environment are visible and light no other
-    /// surface.
+    /// Direct light with shadows, and nothing else: the cheapest configuration. Emission and environment are visible
+    /// and light no other surface.
     pub fn direct_light() -> Self {
         Self {
             direct: Direct::default(),
@@ -104,8 +105,8 @@ impl Settings {
         self.lights.radius > 0.0 || self.lights.sun_diameter > 0.0
     }
 
-    /// True if anything may be accumulated over frames; then motion vectors are written. Whether lights have an area is known only with the
-    /// scene.
+    /// True if anything may be accumulated over frames; then motion vectors are written. Whether lights have an area is
+    /// known only with the scene.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
         let is_noisy = self.indirect != Indirect::NONE
@@ -148,8 +149,8 @@ pub enum Shadows {
     Auto,
     /// No shadows.
     None,
-    /// Rays through this tracer. Deep images [Niessner2010, §4] give shadows as coarse as their texels; rays from transparent surfaces and
-    /// from further samples of a pixel use the BVH.
+    /// Rays through this tracer. Deep images [Niessner2010, §4] give shadows as coarse as their texels; rays from
+    /// transparent surfaces and from further samples of a pixel use the BVH.
     Traced(Tracer),
 }
 
@@ -221,8 +222,8 @@ named_enum! {
         /// Every frame is independent.
         #[default]
         Off = "off": "Every frame is independent",
-        /// Values of earlier frames are reprojected along motion vectors and averaged. Consecutive frames of a view then depend on each other;
-        /// the first one does not.
+        /// Values of earlier frames are reprojected along motion vectors and averaged. Consecutive frames of a view
+        /// then depend on each other; the first one does not.
         On = "on": "Reprojects and averages values of earlier frames",
     }
 }
@@ -234,8 +235,9 @@ named_enum! {
         /// Every frame shows the surfaces at the centres of its pixels, or at its [`Samples`].
         #[default]
         None = "none": "Edges are as smooth as the samples per pixel",
-        /// Each frame shows other points of the pixels, and is mixed with the frames before it, reprojected along motion vectors
-        /// ([`crate::antialiasing`]). Consecutive frames of a view then depend on each other; the first one does not.
+        /// Each frame shows other points of the pixels, and is mixed with the frames before it, reprojected along
+        /// motion vectors ([`crate::antialiasing`]). Consecutive frames of a view then depend on each other; the first
+        /// one does not.
         Temporal = "temporal": "Jitters frames and mixes them along motion: smooth edges and less noise, a little blur",
     }
 }

@@ -90,8 +90,8 @@ impl Stage {
 }
 
 impl Bench {
-    /// Creates the folder, opens the adapter, and prints a warning about known driver faults. `name` is the benchmark's name; `title` and the
-    /// scene head the report.
+    /// Creates the folder, opens the adapter, and prints a warning about known driver faults. `name` is the benchmark's
+    /// name; `title` and the scene head the report.
     pub fn start(args: &RunArgs, name: &str, title: &str, scene: Option<&SceneName>) -> Result<Self, CliError> {
         let progress = Progress::start(false);
         if let Some(missing) = scene.filter(|scene| scene.demo().is_none() && !scene.path().exists()) {
@@ -156,7 +156,8 @@ impl Bench {
         has_time
     }
 
-    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends the benchmark.
+    /// Rows of all cases, of which those after the first are left out without time. A case that fails with [`Err`] ends
+    /// the benchmark.
     pub fn rows<C, R, E>(
         &self,
         step: &'static str,

@@ -1,5 +1,5 @@
-//! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays, and errors of
-//! normals from depth.
+//! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays,
+//! and errors of normals from depth.
 
 mod depth_alone;
 mod positions;
@@ -40,7 +40,8 @@ pub struct ForwardPlusArgs {
     subject: SubjectArgs,
 }
 
-/// A row: its name, its settings, and the frame time in the thesis, ms. None: the thesis has no such row, and rays are culled by range too.
+/// A row: its name, its settings, and the frame time in the thesis, ms. None: the thesis has no such row, and rays are
+/// culled by range too.
 type Declared = (&'static str, &'static str, Option<f64>);
 
 /// Light culling by tiles of 8 × 8, without and with the test of bounding boxes.
@@ -86,7 +87,8 @@ fn case(look: &Settings, (name, changes, paper_ms): &Declared) -> Case {
     Case::of(look, name, &declared(changes, if paper_ms.is_some() { "off" } else { "on" }))
 }
 
-/// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where light may be lost.
+/// True if the image must be identical to that without optimisations. Normals from depth are wrong at edges, where
+/// light may be lost.
 fn is_exact(settings: &Settings) -> bool {
     matches!(settings.shadows.ray_culling, RayCulling::None | RayCulling::Surface)
 }
@@ -184,8 +186,8 @@ impl ForwardPlus {
         Ok(rows)
     }
 
-    /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against geometric normals
-    /// [Elagabani2025, fig. 5.3].
+    /// Renders normals reconstructed from depth, writes them and their error maps, and measures the errors against
+    /// geometric normals [Elagabani2025, fig. 5.3].
     fn normals(&self) -> Result<Vec<Row>, CliError> {
         let view = |view, texts| {
             let (debug_view, tone_map) = (Some(view), ToneMap::None);
@@ -217,7 +219,8 @@ impl ForwardPlus {
     }
 }
 
-/// Mean angle between normals packed as (n + 1) / 2, degrees, and the fraction of angles above 10°, over the pixels with a surface.
+/// Mean angle between normals packed as (n + 1) / 2, degrees, and the fraction of angles above 10°, over the pixels
+/// with a surface.
 fn angles(ground_truth: &[u8], actual: &[u8]) -> [f64; 2] {
     let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
     let pixels = ground_truth.as_chunks::<3>().0.iter().zip(actual.as_chunks::<3>().0);

@@ -1,5 +1,6 @@
-//! The five papers as settings: every stage of a frame as a paper has it, off where it has none. Lights are the scene's: the default of
-//! `range-threshold` is that of [Elagabani2025, eq. 4.1], the default of `attenuation` is [VanGelderen2020, eq. 5.1].
+//! The five papers as settings: every stage of a frame as a paper has it, off where it has none. Lights are the
+//! scene's: the default of `range-threshold` is that of [Elagabani2025, eq. 4.1], the default of `attenuation` is
+//! [VanGelderen2020, eq. 5.1].
 
 use lanternfish::settings::Settings;
 use lanternfish_scene::named_enum;
@@ -153,7 +154,8 @@ const ARCHER: &[Row] = &[
     ("deep-search", "linear_steps", "§3.2"),
 ];
 
-/// What each paper brings to a frame of all five. Other parameters keep the renderer's defaults: they light more than a paper alone.
+/// What each paper brings to a frame of all five. Other parameters keep the renderer's defaults: they light more than a
+/// paper alone.
 const FIVE: &[Row] = &[
     ("culling", "clustered", "[VanGelderen2020, §3]"),
     ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]"),

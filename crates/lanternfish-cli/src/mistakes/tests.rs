@@ -1,5 +1,5 @@
-//! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no file is left.
-//! `tests/command_line/mistakes.rs` has what needs a process.
+//! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no
+//! file is left. `tests/command_line/mistakes.rs` has what needs a process.
 
 use crate::testing::Place;
 
@@ -50,7 +50,8 @@ fn inputs_without_an_end() {
     ]);
 }
 
-/// Texts of a file cannot move the cursor of a terminal, set its title, fake lines or hints of the program, or fill the screen.
+/// Texts of a file cannot move the cursor of a terminal, set its title, fake lines or hints of the program, or fill the
+/// screen.
 #[test]
 fn texts_of_files_are_escaped_and_cut() {
     let gltf = |members: &str| format!(r#"{{"asset":{{"version":"2.0"}},{members}}}"#);

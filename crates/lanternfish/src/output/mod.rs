@@ -151,7 +151,8 @@ pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::Textur
     frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1)
 }
 
-/// Runs a full-screen pipeline over the display target. With deferred readback, an incomplete frame leaves the earlier content.
+/// Runs a full-screen pipeline over the display target. With deferred readback, an incomplete frame leaves the earlier
+/// content.
 pub(crate) fn show(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,

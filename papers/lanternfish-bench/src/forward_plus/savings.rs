@@ -80,7 +80,8 @@ impl ForwardPlus {
     }
 }
 
-/// The median, the ranks around it, and the probability with which the median of all possible values lies between these.
+/// The median, the ranks around it, and the probability with which the median of all possible values lies between
+/// these.
 fn middle(values: &mut [f64]) -> ([f64; 3], f64) {
     values.sort_by(f64::total_cmp);
     let (low, high, probability) = median_ranks(values.len());

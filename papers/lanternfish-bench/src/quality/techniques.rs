@@ -1,8 +1,8 @@
 //! Every technique of the renderer, one per row.
 //!
-//! Each row changes one setting from the renderer's recommended settings of direct light. The rows come from the settings' own lists of
-//! values, and [`techniques`] destructures [`Settings`] completely. A new setting without a row therefore does not compile, and a new value
-//! without a row fails a test.
+//! Each row changes one setting from the renderer's recommended settings of direct light. The rows come from the
+//! settings' own lists of values, and [`techniques`] destructures [`Settings`] completely. A new setting without a row
+//! therefore does not compile, and a new value without a row fails a test.
 
 use lanternfish::{
     settings::{Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
@@ -29,8 +29,8 @@ pub struct Technique {
 /// Settings with named values, each of which has a row.
 const NAMED: [&str; 5] = ["shadows", "ray-culling", "ray-range-culling", "samples", "anisotropy"];
 
-/// Names and values of light culling. Grouping and depth have no row: a single view has a single grid, and clusters beyond the scene are not
-/// visible.
+/// Names and values of light culling. Grouping and depth have no row: a single view has a single grid, and clusters
+/// beyond the scene are not visible.
 const CULLINGS: [(&str, &str); 14] = [
     ("all", "all"),
     ("tiled 8", "tiled, tile-size 8"),
@@ -69,7 +69,8 @@ const BOUNCES: [(&str, &str); 11] = [
     ),
 ];
 
-/// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is `default`.
+/// All rows for a shot with the direct-light settings `default`, and a scene with this diagonal, m. The first row is
+/// `default`.
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = Rows { default, all: Vec::new() };
     rows.add(GroundTruth::Direct, "default", "");
@@ -159,8 +160,9 @@ impl Rows<'_> {
         self.push(GroundTruth::Full, "indirect sampled, best", best);
     }
 
-    /// One bounce: of diffuse light with every tracer, with images of several resolutions; with every other technique, with its defaults and
-    /// with every other value of each parameter that has named values; and on the file's materials, with 16 glossy rays.
+    /// One bounce: of diffuse light with every tracer, with images of several resolutions; with every other technique,
+    /// with its defaults and with every other value of each parameter that has named values; and on the file's
+    /// materials, with 16 glossy rays.
     fn one_bounce(&mut self) {
         let mut lambert = |name: &str, changes: &str| {
             let changes = format!("materials lambert, {changes}");
@@ -239,8 +241,8 @@ impl Rows<'_> {
     }
 }
 
-/// Names and changes of every technique of ambient occlusion with this maximum distance, m; `None`: unlimited, or the scene's `diagonal`, m, for
-/// techniques that need a limit. A technique that uses deep images has three resolutions.
+/// Names and changes of every technique of ambient occlusion with this maximum distance, m; `None`: unlimited, or the
+/// scene's `diagonal`, m, for techniques that need a limit. A technique that uses deep images has three resolutions.
 fn occlusions(max_distance: Option<f32>, diagonal: f32) -> Vec<(String, String)> {
     let distance = "occlusion-distance";
     let of = |technique: Occlusion| {

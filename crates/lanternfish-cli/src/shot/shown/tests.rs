@@ -69,7 +69,8 @@ fn many_settings() -> Vec<Settings> {
     all
 }
 
-/// Every so many-th of the settings, with another camera each, survives a round trip through the file and through the command line.
+/// Every so many-th of the settings, with another camera each, survives a round trip through the file and through the
+/// command line.
 fn survive_a_round_trip(step: usize) {
     let (opened, scene) = opened("--seed=7 --lights=rain:5 --quality=draft");
     let start = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();

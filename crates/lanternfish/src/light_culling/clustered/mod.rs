@@ -285,8 +285,9 @@ impl ClusteredCulling {
         }
     }
 
-    /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth are marked as they
-    /// are drawn: transparent ones, and all fragments of multisampled images, which are counted there alone.
+    /// Marks the clusters of a view's fragments: those at the pixel centres, by depth. Fragments without such a depth
+    /// are marked as they are drawn: transparent ones, and all fragments of multisampled images, which are counted
+    /// there alone.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,

@@ -21,8 +21,9 @@ pub struct Clustered {
     pub grouping: Grouping,
     /// How lights are assigned to clusters. The lists are the same.
     pub assignment: Assignment,
-    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene;
-    /// so they do if the scene ends farther away. More: more clusters, of which none is visible; displaced clusters change.
+    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters
+    /// end with the scene; so they do if the scene ends farther away. More: more clusters, of which none is visible;
+    /// displaced clusters change.
     pub depth: u32,
 }
 

@@ -1,4 +1,5 @@
-//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
+//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives
+//! along them.
 
 mod cells;
 
@@ -60,11 +61,12 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
 /// Ambient visibility by rays along every direction of deep images [Aalund2015, §3.3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deep {
-    /// Maximum distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every surface occludes at any
-    /// distance.
+    /// Maximum distance of occluders, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which every
+    /// surface occludes at any distance.
     pub max_distance: Option<f32>,
-    /// The paper's own sum [Aalund2015, §3.3, eq. 1 to 3]: the first fragment of one texel, weights of 2 / N, no triangles. Otherwise near
-    /// triangles of four texels are tested, far texels are drawn at random, and an open plane is exactly 1.
+    /// The paper's own sum [Aalund2015, §3.3, eq. 1 to 3]: the first fragment of one texel, weights of 2 / N, no
+    /// triangles. Otherwise near triangles of four texels are tested, far texels are drawn at random, and an open plane
+    /// is exactly 1.
     pub plain: bool,
     /// The images.
     pub images: PaperImages,
@@ -121,8 +123,8 @@ impl OcclusionTechnique for Deep {
     }
 }
 
-/// Images per pass. One image per pass would spend its time reading pixels; all images in one pass would keep a slow device busy for longer
-/// than a driver may allow.
+/// Images per pass. One image per pass would spend its time reading pixels; all images in one pass would keep a slow
+/// device busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
 /// Bytes of a pixel's `AmbientVisibilitySums`.
@@ -202,8 +204,8 @@ impl OcclusionPasses for DeepOcclusion {
         self.cells.forget();
     }
 
-    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is rotated a little
-    /// more, so that one direction points towards it.
+    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is
+    /// rotated a little more, so that one direction points towards it.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -233,7 +235,8 @@ impl OcclusionPasses for DeepOcclusion {
         if let Some(cells) = cells {
             shared = shared.buffer("cell_radiances", cells);
         }
-        // Half vectors deviate half as much as directions. They are as wide as a direction's cell, whose radius is (2 / count)^½.
+        // Half vectors deviate half as much as directions. They are as wide as a direction's cell, whose radius is (2 /
+        // count)^½.
         let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
         let drawn = match self.history {
             History::Off => view.frame_index,
