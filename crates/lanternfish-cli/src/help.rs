@@ -1,7 +1,7 @@
 //! `lanternfish help`: the common flags of a command, or all flags.
 //!
-//! A flag that only research needs is declared with `hide_short_help`. `--help` and `help COMMAND` omit it; `help COMMAND
-//! --all` lists every flag and the meaning of every value.
+//! A flag that only research needs is declared with `hide_short_help`. `--help` and `help COMMAND` omit it; `help
+//! COMMAND --all` lists every flag and the meaning of every value.
 
 use std::io::{self, IsTerminal as _};
 

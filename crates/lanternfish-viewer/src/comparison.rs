@@ -41,7 +41,8 @@ pub struct Comparison {
 pub struct News {
     /// True if anything has changed.
     pub is_new: bool,
-    /// Duration of the second viewport's last frame, ms, if it has just ended. It includes the wait for the first viewport's frame.
+    /// Duration of the second viewport's last frame, ms, if it has just ended. It includes the wait for the first
+    /// viewport's frame.
     pub ms: Option<f64>,
     /// The result of the last requested probe.
     pub probe_result: Option<ProbeResult>,
@@ -69,8 +70,8 @@ impl Comparison {
         self.rendered.as_mut().map_or(Ok(()), |viewport| viewport.edit_shaders(texts, camera))
     }
 
-    /// Draws side B in the size of A if it is requested, or starts the path tracer. Call it while neither side has a frame in flight.
-    /// `rests`: nothing moves, and A has its full resolution.
+    /// Draws side B in the size of A if it is requested, or starts the path tracer. Call it while neither side has a
+    /// frame in flight. `rests`: nothing moves, and A has its full resolution.
     pub fn draw(&mut self, first: &Viewport, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
         if wipe.other != Other::Settings {
             self.rendered = None;

@@ -71,8 +71,8 @@ impl Viewport {
         Self::of(gpu, Arc::new(scene), settings, renderer)
     }
 
-    /// Configures presentation in a window. `interface`: the device that paints the window, if it is not the renderer's.
-    /// If it is the renderer's, slow frames are submitted in slices, so that paints do not wait for them.
+    /// Configures presentation in a window. `interface`: the device that paints the window, if it is not the
+    /// renderer's. If it is the renderer's, slow frames are submitted in slices, so that paints do not wait for them.
     pub fn of_window(mut self, interface: Option<Arc<Gpu>>) -> Self {
         self.slices_frames = interface.is_none();
         self.shown = ShownImage::new(&self.gpu, interface);
@@ -89,7 +89,8 @@ impl Viewport {
         self.shown.interface().is_some()
     }
 
-    /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and uploads the scene again.
+    /// Creates a second viewport of the same scene and device with other settings. It shares compiled shaders, and
+    /// uploads the scene again.
     pub fn comparison(&self, settings: &Settings) -> Result<Self, RenderError> {
         let renderer = Renderer::with_engine(self.renderer.engine(), shown(settings, &self.scene))?;
         let Gpu { device, queue, description } = &self.gpu;
@@ -170,7 +171,8 @@ impl Viewport {
         Ok(())
     }
 
-    /// Replaces the lights. Only changed lights are uploaded if their number stays the same. After an error the previous lights stay.
+    /// Replaces the lights. Only changed lights are uploaded if their number stays the same. After an error the
+    /// previous lights stay.
     pub fn set_lights(&mut self, lights: Vec<Light>) -> Result<(), RenderError> {
         self.flush();
         let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
@@ -331,7 +333,8 @@ impl Viewport {
         &self.shown.textures()[0]
     }
 
-    /// The right eye's image; `None` for a mono image. Until the first stereo frame is complete, both eyes see the last mono image.
+    /// The right eye's image; `None` for a mono image. Until the first stereo frame is complete, both eyes see the last
+    /// mono image.
     pub fn right_image(&self) -> Option<&wgpu::TextureView> {
         self.eyes.map(|_| self.shown.textures().get(1).unwrap_or(self.rendering()))
     }
@@ -346,7 +349,8 @@ impl Viewport {
         self.averaged.0
     }
 
-    /// Identifies the accumulation that the image shows: it changes when accumulation restarts. `None` before the first frame.
+    /// Identifies the accumulation that the image shows: it changes when accumulation restarts. `None` before the first
+    /// frame.
     pub fn mean(&self) -> Option<u64> {
         (self.averaged.0 > 0).then(|| self.drawn - u64::from(self.averaged.0))
     }
@@ -366,8 +370,8 @@ impl Viewport {
         self.in_flight.is_some()
     }
 
-    /// Records and submits the next frame. At most one frame may be in flight, so that paints of the window run in between. In a window, a slow
-    /// frame is submitted later, by [`Self::submit`].
+    /// Records and submits the next frame. At most one frame may be in flight, so that paints of the window run in
+    /// between. In a window, a slow frame is submitted later, by [`Self::submit`].
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
         let begun = Instant::now();
         let cameras = self.cameras(camera);
@@ -411,8 +415,8 @@ pub fn at_rest(settings: &Settings) -> Settings {
     settings.clone().with_accumulate(accumulate)
 }
 
-/// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the first frame at rest; in motion,
-/// indirect light is from screen probes.
+/// Settings for the window's renderer: accumulation is on except for debug views. Rays from every pixel begin with the
+/// first frame at rest; in motion, indirect light is from screen probes.
 fn shown(settings: &Settings, scene: &Scene) -> Settings {
     let accumulate = if settings.image.debug_view.is_some() { 1 } else { 2 };
     let indirect = match settings.indirect.get::<Sampled>() {

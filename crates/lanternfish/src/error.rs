@@ -3,8 +3,8 @@
 use lanternfish_gpu::GpuError;
 use lanternfish_scene::SceneFault;
 
-/// The reason why there is no image. Messages name the cause and the remedy. Settings stand in backticks with the names of shot files:
-/// `shadows bvh`. A front end may rewrite them: the command line prints `--shadows bvh`.
+/// The reason why there is no image. Messages name the cause and the remedy. Settings stand in backticks with the names
+/// of shot files: `shadows bvh`. A front end may rewrite them: the command line prints `--shadows bvh`.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -52,7 +52,8 @@ pub enum RenderError {
         /// A setting that works with this driver.
         instead: &'static str,
     },
-    /// [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is 0, and a mean needs at least one frame.
+    /// [`ImageSettings::accumulate`](crate::settings::ImageSettings::accumulate) is 0, and a mean needs at least one
+    /// frame.
     #[error("`accumulate 0`: an image is the mean of 1 frame or more")]
     NoFrames,
     /// A setting needs another setting, or a value in another range.

@@ -4,7 +4,8 @@
 //! cargo run --package lanternfish-papers --example link_shaders FOLDER [- | --containing TEXT]
 //! ```
 //!
-//! The first line of a text is `// ` and the shader's name: its file and its sorted features, `shadows/trace+culling_tiled+soft+…`. Written are:
+//! The first line of a text is `// ` and the shader's name: its file and its sorted features,
+//! `shadows/trace+culling_tiled+soft+…`. Written are:
 //!
 //! - with `-`, the shaders whose names standard input has, one a line, or
 //! - every variant whose name contains TEXT, or
@@ -68,8 +69,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The shaders of the library as its own settings request them: with the papers' techniques too there are thousands more, of the same passes.
-/// Then those of this crate.
+/// The shaders of the library as its own settings request them: with the papers' techniques too there are thousands
+/// more, of the same passes. Then those of this crate.
 fn every_shader() -> [EveryShader; 2] {
     let library = EveryShader::new(vec![&lanternfish::shaders::SHADERS], techniques::shaders(), &all_settings());
     register();
@@ -83,7 +84,8 @@ fn every_shader() -> [EveryShader; 2] {
 const OTHER_SETTINGS: [&str; 6] =
     ["culling_all", "culling_tiled", "cull_improved", "cull_naive", "ray_counts", "tracer_ray_query"];
 
-/// False if the same variant with arrays of textures is declared, which the cards have, and for combinations of [`OTHER_SETTINGS`].
+/// False if the same variant with arrays of textures is declared, which the cards have, and for combinations of
+/// [`OTHER_SETTINGS`].
 fn is_usual(of: &str, declared: &BTreeSet<String>) -> bool {
     let by_settings = of.starts_with("shading/") || of.starts_with("shadows/");
     let is_other = by_settings && of.split('+').any(|feature| OTHER_SETTINGS.contains(&feature));

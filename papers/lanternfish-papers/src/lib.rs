@@ -1,9 +1,10 @@
-//! Five papers as one system, for [`lanternfish`]: [`Paper::settings`] has each of them, and all five in one frame. Here are the techniques
-//! that are no default of the renderer: deep images of the scene, with shadows, occlusion and indirect light traced through them; virtual
-//! lights and photons; a raster grid for light culling; screen-space occlusion.
+//! Five papers as one system, for [`lanternfish`]: [`Paper::settings`] has each of them, and all five in one frame.
+//! Here are the techniques that are no default of the renderer: deep images of the scene, with shadows, occlusion and
+//! indirect light traced through them; virtual lights and photons; a raster grid for light culling; screen-space
+//! occlusion.
 //!
-//! A program calls [`register`] once, before it parses names or creates a renderer. After that, flags, shots, panels and reports include
-//! the techniques.
+//! A program calls [`register`] once, before it parses names or creates a renderer. After that, flags, shots, panels
+//! and reports include the techniques.
 //!
 //! ```
 //! use lanternfish::Settings;
@@ -22,7 +23,8 @@
 //! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
 //! | Archer 2019 | [`DeepImageSettings::ARCHER`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
 //!
-//! [`occlusion::hbao`] is a baseline for comparison (Bavoil 2008). As in the library, each technique has a folder below its kind.
+//! [`occlusion::hbao`] is a baseline for comparison (Bavoil 2008). As in the library, each technique has a folder below
+//! its kind.
 
 #[cfg(test)]
 #[macro_use]
@@ -63,8 +65,8 @@ pub use self::{
 /// Shaders of the folders that belong to no single technique.
 pub const FOLDERS: &[Shaders] = &[deep_images::DECLARED, rays::DECLARED, indirect::light_views::DECLARED];
 
-/// Registers every technique of this crate by name. Call it before names are parsed and before a renderer is created; further calls do
-/// nothing.
+/// Registers every technique of this crate by name. Call it before names are parsed and before a renderer is created;
+/// further calls do nothing.
 pub fn register() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

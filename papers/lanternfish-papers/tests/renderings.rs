@@ -1,5 +1,5 @@
-//! Images on a real adapter by every technique of the library and of this crate: against each other, between runs, and with changing
-//! scenes.
+//! Images on a real adapter by every technique of the library and of this crate: against each other, between runs, and
+//! with changing scenes.
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 

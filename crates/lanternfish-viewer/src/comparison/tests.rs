@@ -107,7 +107,8 @@ fn gpu_side_b_is_rendered_and_compared(gpu: &Gpu) {
     assert!(both.comparison.rendering().is_none() && both.comparison.mean().is_none());
 }
 
-/// The path tracer's image uses A's exposure and tone map, and includes indirect light that A leaves out. A camera move cancels it.
+/// The path tracer's image uses A's exposure and tone map, and includes indirect light that A leaves out. A camera move
+/// cancels it.
 #[gpu_test]
 fn gpu_the_path_tracer_works_while_the_camera_rests(gpu: &Gpu) {
     let settings = Settings::direct_light().with_tone_map(ToneMap::Reinhard);

@@ -43,7 +43,8 @@ pub(crate) const DECLARED: Shaders =
 
 /// The value of the hottest colour of a linear heat map: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
-/// Number of doublings up to the hottest colour of a logarithmic heat map: 2¹⁰ − 1 = 1,023; each colour is a factor of four.
+/// Number of doublings up to the hottest colour of a logarithmic heat map: 2¹⁰ − 1 = 1,023; each colour is a factor of
+/// four.
 const DOUBLINGS: f32 = 10.0;
 /// Motion of the brightest colour, pixels per frame: a sixtieth of an image of 1,000 pixels.
 const FASTEST: f32 = 16.0;

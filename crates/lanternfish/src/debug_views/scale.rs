@@ -3,7 +3,8 @@
 use super::{DOUBLINGS, FASTEST, HOTTEST};
 use crate::settings::DebugView;
 
-/// Maps the colours of a debug view to values, and back. Positions on the scale run from 0 at the first colour to 1 at the last.
+/// Maps the colours of a debug view to values, and back. Positions on the scale run from 0 at the first colour to 1 at
+/// the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// The quantity and its unit.

@@ -1,8 +1,9 @@
 //! Visibility of the listed lights at each pixel, by ray tracing [Elagabani2025, §4.3].
 //!
-//! The result is one bit for each pixel and listed light. Where lights have an area it is eight bits: the number of unoccluded rays. In
-//! scenes with area lights it is 32 bits, of which an area light uses one for each ray. The number of words follows the length of the
-//! lists. If the words of all pixels do not fit one buffer, the frame is rendered in bands of pixel rows; no light is left out.
+//! The result is one bit for each pixel and listed light. Where lights have an area it is eight bits: the number of
+//! unoccluded rays. In scenes with area lights it is 32 bits, of which an area light uses one for each ray. The number
+//! of words follows the length of the lists. If the words of all pixels do not fit one buffer, the frame is rendered in
+//! bands of pixel rows; no light is left out.
 
 mod bands;
 mod edges;
@@ -61,8 +62,8 @@ gpu_struct! {
 
 /// Lights have a radius: several rays go to each.
 pub(crate) const SOFT: Feature = Feature::new("soft");
-/// Shadows have a history: the rays to area lights sample other points in each frame, and shading blends the visibility ratio of each light
-/// with that of earlier frames.
+/// Shadows have a history: the rays to area lights sample other points in each frame, and shading blends the visibility
+/// ratio of each light with that of earlier frames.
 pub(crate) const SHADOW_HISTORY: Feature = Feature::new("shadow_history");
 /// Visibility bits are written, not read.
 const VISIBILITY_WRITTEN: Feature = Feature::new("visibility_written");
@@ -120,10 +121,11 @@ pub struct Shadows {
     scan: Scan,
     /// Finds the edges of multisampled images.
     edges: EdgePass,
-    /// Upper bound of the words of a band, in addition to the device's binding limit and the countable rays; a lower number gives more
-    /// bands.
+    /// Upper bound of the words of a band, in addition to the device's binding limit and the countable rays; a lower
+    /// number gives more bands.
     pub(crate) word_limit: u64,
-    /// Upper bound of the words of a dispatch, in addition to that of the kernels; a lower number gives more dispatches.
+    /// Upper bound of the words of a dispatch, in addition to that of the kernels; a lower number gives more
+    /// dispatches.
     pub(crate) dispatch_limit: u64,
 }
 
@@ -397,7 +399,8 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: WORDS, needed: most, limit: u32::MAX.into(), remedy })
 }
 
-/// An error if the lights' radius is negative or not finite, the sun's diameter out of range, or if a light has no ray or more rays than can be counted.
+/// An error if the lights' radius is negative or not finite, the sun's diameter out of range, or if a light has no ray
+/// or more rays than can be counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     if !(settings.lights.radius >= 0.0 && settings.lights.radius.is_finite()) {
         return Err(RenderError::Together { setting: "`light-radius`", needed: "a number of metres, 0 or more" });

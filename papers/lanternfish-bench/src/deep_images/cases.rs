@@ -32,7 +32,8 @@ pub const TABLES: [&str; 9] = [
     super::crossings::TABLE,
 ];
 
-/// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169 alone.
+/// Directions of [Archer2019, table 2] and of its text (169), stacks and slices, whose numbers are stated for 169
+/// alone.
 const STACKS: [(u32, u32); 6] = [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)];
 /// Images as in [Archer2019, §4], in other directions.
 fn archer((stacks, slices): (u32, u32)) -> DeepImageSettings {

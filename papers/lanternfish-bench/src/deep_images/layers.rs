@@ -73,7 +73,7 @@ fn layers_are_those_of_the_lists() {
     let panels = panels(&lists);
     let middle = 0.5 * (1.0 + FARTHEST);
     assert_eq!(panels[0], [None, Some(1.0), Some(1.0), Some(middle)]);
-    assert_eq!(panels[1], [None, None, Some(FARTHEST), Some(FARTHEST)]);
+    assert_eq!(panels[1], [None, None, Some(1.0 + (FARTHEST - 1.0)), Some(1.0 + (FARTHEST - 1.0))]);
     assert!(panels[LAYERS - 1].iter().all(Option::is_none));
     let all = &panels[LAYERS];
     assert!(all[0].is_none() && all[1] == Some(OPACITY) && all[2] > all[1]);

@@ -1,5 +1,5 @@
-//! `lanternfish-bench deep-images`: times and errors of building and tracing deep images, compared with other builders and exact rays
-//! [Archer2019, table 2; Niessner2010, table 1].
+//! `lanternfish-bench deep-images`: times and errors of building and tracing deep images, compared with other builders
+//! and exact rays [Archer2019, table 2; Niessner2010, table 1].
 
 pub mod build;
 pub mod cases;
@@ -155,7 +155,8 @@ impl DeepBench {
         Ok(Self { bench: Rc::new(bench), profiler, tracer, uploaded, with_ray_query, built, traced, holes })
     }
 
-    /// Builds images with as many directions as fit, counts holes, and traces rays. Records what the adapter cannot build as left out.
+    /// Builds images with as many directions as fit, counts holes, and traces rays. Records what the adapter cannot
+    /// build as left out.
     fn case(
         &mut self,
         group: &Group,

@@ -1,4 +1,5 @@
-//! Deep images as plain loops: every surface on the axis of every texel, by exact intersection. The builders' specification and reference.
+//! Deep images as plain loops: every surface on the axis of every texel, by exact intersection. The builders'
+//! specification and reference.
 
 use glam::{DVec3, Vec3};
 use lanternfish::rays::TracedRay;
@@ -43,8 +44,8 @@ fn intersect([a, b, c]: &[DVec3; 3], x: f64, y: f64) -> Option<f64> {
     (inside && sum != 0.0).then(|| (u * a.z + v * b.z + w * c.z) / sum)
 }
 
-/// Merges as the sort pass does: of a run of fragments closer to each other than `distance`, the first is kept and, if the run is at least
-/// that long, the last.
+/// Merges as the sort pass does: of a run of fragments closer to each other than `distance`, the first is kept and, if
+/// the run is at least that long, the last.
 pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
     let mut kept: Vec<Fragment> = Vec::new();
     for run in list.chunk_by(|a, b| b.depth - a.depth < distance) {
@@ -111,8 +112,8 @@ struct Visit {
     last: f32,
 }
 
-/// The lists that a ray crosses up to the image's border, in order, with a tolerance before it enters a list and after it
-/// leaves. True: depths grow along the ray.
+/// The lists that a ray crosses up to the image's border, in order, with a tolerance before it enters a list and after
+/// it leaves. True: depths grow along the ray.
 fn visits(grid: &DeepGrid, frame: &DeepFrame, ray: &TracedRay) -> (Vec<Visit>, bool) {
     let p = start(grid, frame, ray);
     let n = grid.resolution as usize;
@@ -167,7 +168,8 @@ pub(crate) fn across_texels(
     Some(((hit.depth - start(grid, frame, ray).z) / ray.direction.dot(frame.z), hit))
 }
 
-/// Lists that a ray across texels looks into, up to its hit's or the last one, and fragments that bisection compares with it in them.
+/// Lists that a ray across texels looks into, up to its hit's or the last one, and fragments that bisection compares
+/// with it in them.
 pub(crate) fn counts(grid: &DeepGrid, frame: &DeepFrame, lists: &[Vec<Fragment>], ray: &TracedRay) -> [u32; 2] {
     let (visits, ascending) = visits(grid, frame, ray);
     let to_hit = visits.iter().position(|visit| hit_in(lists, visit, ascending).is_some());

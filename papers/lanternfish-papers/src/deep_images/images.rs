@@ -44,16 +44,16 @@ pub struct Chunk {
     pub(super) counted: Option<wgpu::Buffer>,
 }
 
-/// Number of fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends on what was built
-/// before, is exact; where frames do not wait it is what there is room for.
+/// Number of fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends
+/// on what was built before, is exact; where frames do not wait it is what there is room for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeepCounts {
     /// Fragments that were drawn into lists.
     pub drawn: u64,
     /// Fragments left after merging; in linked lists, all that were drawn.
     pub kept: u64,
-    /// Bytes of all buffers of lists and fragments: 4 per list; per fragment 4 for its depth, 4 for its triangle, 4 for the link of a
-    /// linked list.
+    /// Bytes of all buffers of lists and fragments: 4 per list; per fragment 4 for its depth, 4 for its triangle, 4 for
+    /// the link of a linked list.
     pub bytes: u64,
 }
 
@@ -71,7 +71,8 @@ impl DeepImages {
 }
 
 impl Chunk {
-    /// Bindings under the names in the shaders; `frames`: [`DeepImages::frames`] of the images that this chunk belongs to.
+    /// Bindings under the names in the shaders; `frames`: [`DeepImages::frames`] of the images that this chunk belongs
+    /// to.
     pub fn bindings<'a>(&'a self, frames: &'a wgpu::Buffer) -> Bindings<'a> {
         let bindings = Bindings::new()
             .buffer("deep_grid", &self.grid_buffer)

@@ -1,10 +1,11 @@
-//! The scene as sorted rays: orthographic images of every direction of a set, each texel a list of all surfaces along its
-//! axis [Archer2019, §3.1; Niessner2010, §3.1].
+//! The scene as sorted rays: orthographic images of every direction of a set, each texel a list of all surfaces along
+//! its axis [Archer2019, §3.1; Niessner2010, §3.1].
 //!
 //! 1. Grid: a sphere around the scene; images of one size around it; as many images per chunk as fit one binding.
-//! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis intersects it (or the scene is drawn once, and
-//!    its samples are put into the images; or it is drawn once per direction, as a baseline).
-//! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or into linked lists.
+//! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis intersects it (or the scene
+//!    is drawn once, and its samples are put into the images; or it is drawn once per direction, as a baseline).
+//! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or
+//!    into linked lists.
 //! 4. Trace (`rays/within_texel/`, `rays/across_texels/`): rays read lists through one interface, `fragments.wesl`.
 
 mod build;

@@ -70,16 +70,17 @@ pub struct DeepImageSettings {
     pub builder: DeepBuilder,
     /// Resolution of the single pass relative to an image. More: fewer holes, slower by the square.
     pub supersampling: u32,
-    /// Fragments of a texel closer to each other than this many texels are one surface. More: fewer fragments; thin walls lose their
-    /// thickness. Linked lists are not merged.
+    /// Fragments of a texel closer to each other than this many texels are one surface. More: fewer fragments; thin
+    /// walls lose their thickness. Linked lists are not merged.
     pub merge_texels: f32,
-    /// Expected mean number of fragments in a texel's list. A chunk takes as many images as fit one binding with this number; rays go
-    /// through one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that does not fit is built in vain once, then
-    /// divided.
+    /// Expected mean number of fragments in a texel's list. A chunk takes as many images as fit one binding with this
+    /// number; rays go through one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that does not
+    /// fit is built in vain once, then divided.
     pub fragments_a_texel: u64,
-    /// Frames, 1 to 64, over which images are rebuilt after a change with deferred readback ([`lanternfish::Renderer::record`]): each
-    /// builds an equal number of directions, the oldest first. More: less time in each frame, and rays in some directions hit objects at
-    /// their position up to that many frames ago. Blocking frames rebuild all images at once.
+    /// Frames, 1 to 64, over which images are rebuilt after a change with deferred readback
+    /// ([`lanternfish::Renderer::record`]): each builds an equal number of directions, the oldest first. More: less
+    /// time in each frame, and rays in some directions hit objects at their position up to that many frames ago.
+    /// Blocking frames rebuild all images at once.
     pub slices: u32,
     /// Memory layout of the lists.
     pub store: DeepStore,
@@ -87,11 +88,11 @@ pub struct DeepImageSettings {
     pub sort: DeepSort,
     /// Search in a linear array's lists. The result is the same.
     pub search: DeepSearch,
-    /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels: ε of [Niessner2010, §3.2]. More:
-    /// fewer rays slip through steep surfaces, more hit what they pass.
+    /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels: ε of
+    /// [Niessner2010, §3.2]. More: fewer rays slip through steep surfaces, more hit what they pass.
     pub tolerance: f32,
-    /// True if closest hits within a texel test the triangles of near fragments. Otherwise the first fragment beyond the ray's own is hit
-    /// [Aalund2015, §3.1].
+    /// True if closest hits within a texel test the triangles of near fragments. Otherwise the first fragment beyond
+    /// the ray's own is hit [Aalund2015, §3.1].
     pub tests_triangles: bool,
     /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
     pub payload: bool,
@@ -118,8 +119,9 @@ impl Default for DeepImageSettings {
 }
 
 impl DeepImageSettings {
-    /// As in [Archer2019, §3.1, §3.2, §4]: 13 stacks of 13 slices, 64² texels, one draw, arrays sorted in blocks, of which no fragment is
-    /// merged with another, and linear search. His fragments have no triangles; `payload` has no effect on distances.
+    /// As in [Archer2019, §3.1, §3.2, §4]: 13 stacks of 13 slices, 64² texels, one draw, arrays sorted in blocks, of
+    /// which no fragment is merged with another, and linear search. His fragments have no triangles; `payload` has no
+    /// effect on distances.
     pub const ARCHER: Self = Self {
         directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
         resolution: 64,
@@ -142,28 +144,32 @@ named_enum! {
     DeepBuilder {
         /// All from one draw of the scene [Archer2019, §3.1].
         SinglePass = "single_pass": "All images from one draw of the scene",
-        /// The same as the paper has it [Archer2019, fig. 3]: every sample becomes a fragment of every image, at the sample's own depth, in
-        /// the texel that it falls into. Ours moves it to the texel's axis, leaves it out where that misses the triangle, and stores one
-        /// of several in a texel.
+        /// The same as the paper has it [Archer2019, fig. 3]: every sample becomes a fragment of every image, at the
+        /// sample's own depth, in the texel that it falls into. Ours moves it to the texel's axis, leaves it out where
+        /// that misses the triangle, and stores one of several in a texel.
         SinglePassLiteral = "single_pass_literal": "The same as in Archer 2019: no sample is moved to a texel's axis or left out",
-        /// Every triangle is put into each image's texels by computation: the result of a draw for each direction, without a rasterizer.
+        /// Every triangle is put into each image's texels by computation: the result of a draw for each direction,
+        /// without a rasterizer.
         PerTriangle = "per_triangle": "By computation from every triangle: exact",
         /// One draw per direction: the baseline.
         PerDirection = "per_direction": "One draw per direction: exact, but slow",
-        /// One draw per layer of surfaces of all images at once [Niessner2010, §3.1]: another baseline, the slowest builder.
+        /// One draw per layer of surfaces of all images at once [Niessner2010, §3.1]: another baseline, the slowest
+        /// builder.
         DepthPeeling = "depth_peeling": "One draw per layer of surfaces: the baseline, slowest",
     }
 }
 
 named_enum! {
-    /// Memory layout of the lists of deep images. Bytes per fragment include 32 bits of depth and a triangle; 4 fewer without it.
+    /// Memory layout of the lists of deep images. Bytes per fragment include 32 bits of depth and a triangle; 4 fewer
+    /// without it.
     DeepStore {
         /// Contiguous in one array, sorted, surfaces merged: 8 bytes per fragment, 4 per texel [Archer2019, fig. 5].
         LinearArray = "linear_array": "Contiguous in one array, sorted",
         /// Each fragment links to another, unsorted: no pass after the builder, 12 bytes per fragment.
         LinkedList = "linked_list": "Each fragment links to another, unsorted",
-        /// Each fragment links to the next by depth: 12 bytes per fragment. A pass of its own inserts them, after the builder has written
-        /// them, in time of the square of the list lengths; the paper inserts them while it draws [Aalund2015, §3].
+        /// Each fragment links to the next by depth: 12 bytes per fragment. A pass of its own inserts them, after the
+        /// builder has written them, in time of the square of the list lengths; the paper inserts them while it draws
+        /// [Aalund2015, §3].
         SortedLinkedList = "sorted_linked_list": "Each fragment links to the next by depth, as in Aalund 2015",
     }
 }
@@ -173,8 +179,8 @@ named_enum! {
     DeepSort {
         /// Short lists by selection, long ones by Shell's sort, in memory.
         Selection = "selection": "By selection, long lists by Shell's sort",
-        /// By bitonic networks in registers, 32 fragments at a time; the blocks of longer lists are merged [Archer2019, §3.1]. Lists of more
-        /// than 512 fragments are sorted as with `Selection`.
+        /// By bitonic networks in registers, 32 fragments at a time; the blocks of longer lists are merged [Archer2019,
+        /// §3.1]. Lists of more than 512 fragments are sorted as with `Selection`.
         Blocks = "blocks": "By bitonic networks, in blocks of 32, which are merged",
     }
 }

@@ -30,7 +30,8 @@ pub enum ListFault {
         /// The image expected after the previous chunk, or the total number of images.
         expected: u32,
     },
-    /// An image's axes on the device are not those of its direction, or the opposite direction does not read the same image backwards.
+    /// An image's axes on the device are not those of its direction, or the opposite direction does not read the same
+    /// image backwards.
     #[error("image {image} does not lie along its direction and the opposite one")]
     Direction {
         /// Index of the image.

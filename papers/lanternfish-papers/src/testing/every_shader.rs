@@ -26,7 +26,8 @@ fn every_shader() -> EveryShader {
     EveryShader::new(vec![&lanternfish::shaders::SHADERS, &SHADERS], folders, &settings)
 }
 
-/// Files of this crate, and those of the library that are linked with a feature of it; the library's tests link all others.
+/// Files of this crate, and those of the library that are linked with a feature of it; the library's tests link all
+/// others.
 #[test]
 fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     let every = every_shader();

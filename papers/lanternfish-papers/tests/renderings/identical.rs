@@ -159,8 +159,8 @@ fn gpu_samples_of_views_that_share_clusters_equal_those_of_single_views(gpu: &Gp
 /// More samples smooth edges: the image is closer to the mean of a much larger one.
 #[gpu_test(full, crate::gpu)]
 fn gpu_more_samples_are_closer_to_the_ground_truth_at_edges(gpu: &Gpu) {
-    // The atrium has edges where walls, steps and mouldings touch: points beside their triangle are inside another one. Measured: 0.45 and
-    // 0.63; with shading at the pixels' centres: 0.61 and 0.73.
+    // The atrium has edges where walls, steps and mouldings touch: points beside their triangle are inside another one.
+    // Measured: 0.45 and 0.63; with shading at the pixels' centres: 0.61 and 0.73.
     for (name, (scene, camera), scale, most) in
         [("the box", cornell_in_rain(1), 8, 0.53), ("the atrium", atrium(), 4, 0.66)]
     {
@@ -341,8 +341,8 @@ fn gpu_depth_alone_needs_no_surface_target(gpu: &Gpu) {
     assert!(wrong[1] < 0.5 * wrong[2] && wrong[1] >= wrong[0], "{wrong:?}");
 }
 
-/// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a few rounding errors,
-/// or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
+/// Fraction of pixels in which two tracers may differ. A pixel's ray depends on rounding if it passes an edge within a
+/// few rounding errors, or starts that close to another surface. Measured: 33 and 3 of 57,600 pixels.
 const TRACER_PIXELS: f64 = 1e-3;
 
 #[gpu_test(full, crate::gpu)]

@@ -88,8 +88,8 @@ fn gpu_normals_from_depth_are_close_to_the_geometry(gpu: &Gpu) {
 }
 
 const CASES: [Case; 2] = [
-    // Two walls and two blocks: two samples are wrong along every edge, five only in corners. Cards that snap vertices to 1/256 of a pixel
-    // have 1.5 times the error.
+    // Two walls and two blocks: two samples are wrong along every edge, five only in corners. Cards that snap vertices
+    // to 1/256 of a pixel have 1.5 times the error.
     Case { demo: "cornell", size: (160, 160), naive: 3.1..5.2, improved: 0.12..0.33 },
     // Full of mouldings and leaves that are one or two pixels wide, where more samples do not help.
     Case { demo: "atrium", size: (320, 180), naive: 14.7..24.5, improved: 8.9..14.8 },

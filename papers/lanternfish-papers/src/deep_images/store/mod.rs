@@ -26,7 +26,8 @@ pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {
     features
 }
 
-/// Adds the passes that put every fragment of a chunk's images, once, into its list; the bindings are the source's and the store's.
+/// Adds the passes that put every fragment of a chunk's images, once, into its list; the bindings are the source's and
+/// the store's.
 pub(crate) type Gather<'g> = dyn FnMut(&mut Frame<'_>, &DeepGrid, &Bindings<'_>) -> Result<(), RenderError> + 'g;
 
 /// The source of a chunk's fragments.
@@ -112,7 +113,8 @@ fn counted_slots(words: &wgpu::Buffer, guess: u64, limit: u64) -> Counted<'_> {
     Counted { list: SLOTS, words, starts: (words, 1), may_wrap: &|_| false, guess, limit }
 }
 
-/// With deferred readback: records in this frame, which reads a chunk of an earlier one, if the chunk's capacity held all of its fragments.
+/// With deferred readback: records in this frame, which reads a chunk of an earlier one, if the chunk's capacity held
+/// all of its fragments.
 pub(super) fn note_again(frame: &mut Frame<'_>, chunk: &Chunk) -> Result<(), RenderError> {
     if let Some(counted) = &chunk.counted {
         let limit = most_fragments(&frame.device.limits());

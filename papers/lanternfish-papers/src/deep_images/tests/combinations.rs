@@ -1,4 +1,5 @@
-//! Every combination of directions, builder, store, search, payload and tracer, against the CPU reference in `cpu_reference.rs`.
+//! Every combination of directions, builder, store, search, payload and tracer, against the CPU reference in
+//! `cpu_reference.rs`.
 
 use std::collections::HashSet;
 
@@ -148,7 +149,8 @@ fn is_one_of_four(images: &DeepImageSettings) -> bool {
 fn check_all(gpu: &Gpu, builder: DeepBuilder, sets: &[DirectionSet], is_kind: fn(&DeepImageSettings) -> bool) {
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let tracer = RayTracer::new(&gpu.device).unwrap();
-    // Texels whose middle lies on an edge; and with a single pass fewer than 5 % in each way: see `gpu_a_single_pass_leaves_few_holes`.
+    // Texels whose middle lies on an edge; and with a single pass fewer than 5 % in each way: see
+    // `gpu_a_single_pass_leaves_few_holes`.
     let most_wrong = if builder == DeepBuilder::SinglePass { 0.05 } else { 0.01 };
     for directions in sets.iter().copied() {
         let settings = DeepImageSettings { directions, resolution: 24, supersampling: 2, ..settings(builder) };

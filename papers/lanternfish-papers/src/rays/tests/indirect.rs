@@ -1,5 +1,5 @@
-//! Indirect light with rays through deep images. Bounds are those of exact tracers plus the loss of deep images, which their README
-//! explains.
+//! Indirect light with rays through deep images. Bounds are those of exact tracers plus the loss of deep images, which
+//! their README explains.
 
 use glam::Vec3;
 use lanternfish::{
@@ -28,8 +28,8 @@ fn deep(tracer: Tracer, resolution: u32) -> Settings {
     settings(sampled(tracer)).with_structure(structure)
 }
 
-/// Light that is known: of a sky and of an environment on a floor, of a lamp in a mirror, and in a closed box that emits evenly its own
-/// emission, half of it from all sides, and half of what was reflected once.
+/// Light that is known: of a sky and of an environment on a floor, of a lamp in a mirror, and in a closed box that
+/// emits evenly its own emission, half of it from all sides, and half of what was reflected once.
 #[gpu_test]
 fn gpu_known_light_is_found_through_deep_images(gpu: &Gpu) {
     let sky = Vec3::new(1.0, 2.0, 4.0);
@@ -72,7 +72,8 @@ fn bounce(all_light: &[Vec3], direct: &[Vec3]) -> Vec<Vec3> {
     all_light.iter().zip(direct).map(|(a, b)| *a - *b).collect()
 }
 
-/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above the measured values.
+/// Ground truth: paths of up to three segments through exact triangles. Bounds are about a quarter above the measured
+/// values.
 #[gpu_test]
 fn gpu_one_bounce_through_deep_images_is_the_path_tracers(gpu: &Gpu) {
     let scene = cornell();
@@ -88,8 +89,8 @@ fn gpu_one_bounce_through_deep_images_is_the_path_tracers(gpu: &Gpu) {
     }
 }
 
-/// The inside of a closed box is dark even if its outside is bright: light leaks through walls that are thinner than the distance that deep
-/// images skip.
+/// The inside of a closed box is dark even if its outside is bright: light leaks through walls that are thinner than
+/// the distance that deep images skip.
 #[gpu_test]
 fn gpu_light_leaks_through_deep_images_are_small(gpu: &Gpu) {
     let mut scene = closed_box(matt(0.5));

@@ -73,8 +73,8 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones(gpu: &Gpu) {
     }
 }
 
-/// Within a texel a ray follows its image's axis: shadows deviate by the angle between the axis and the direction to the light. A known
-/// fault, kept for comparison.
+/// Within a texel a ray follows its image's axis: shadows deviate by the angle between the axis and the direction to
+/// the light. A known fault, kept for comparison.
 #[gpu_test(sound_gpu)]
 fn gpu_known_fault_shadows_within_a_texel_have_bands(gpu: &Gpu) {
     let scene = generate::demo("cornell").unwrap();
