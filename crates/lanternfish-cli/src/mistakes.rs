@@ -57,7 +57,11 @@ const ELSEWHERE: [(&str, &str); 34] = [
 /// What is gone, or of other programs: the command that it was given to, the flag or command, and what to use instead.
 const GONE: [(&str, &str, &str); 10] = [
     ("lanternfish", "turntable", "`lanternfish render SCENE --orbit N` renders N frames around the scene"),
-    ("lanternfish", "deep-images", "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png"),
+    (
+        "lanternfish",
+        "deep-images",
+        "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png",
+    ),
     ("doctor", "--page", "--read FILE prints a report as a table"),
     ("doctor", "--size", FRAMES_ARE_TIMED),
     ("doctor", "--seconds", FRAMES_ARE_TIMED),
