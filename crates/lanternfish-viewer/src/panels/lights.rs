@@ -212,7 +212,7 @@ mod tests {
         lights.push(at(7.2, "Lantern"));
         lights.push(Light::directional(Vec3::NEG_Y, Vec3::ONE));
         let actual = |search: &str, is_by_distance: bool| {
-            let listing = Listing { search: search.to_owned(), is_by_distance, ..Listing::default() };
+            let listing = Listing { search: search.to_owned(), is_by_distance };
             listed(&lights, &listing, Some(Vec3::X * 7.3))
         };
         assert_eq!(actual("", false), ((0..MOST).collect(), 52));
