@@ -437,8 +437,8 @@ fn a_click_on_a_pass_shows_its_output_and_a_second_the_image() {
     harness.state_mut().passes = passes;
     harness.run();
     click(&mut harness, "prepass");
-    choose(&mut harness, "debug-view", "geometric-normal");
-    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::GeometricNormal));
+    choose(&mut harness, "debug-view", "base-color");
+    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::BaseColor));
     click(&mut harness, "Memory");
     assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
 }
