@@ -306,7 +306,7 @@ mod tests {
         };
         let judged = verdict(&[0.21, 0.22, 0.23, 0.24, 0.25, 0.26]);
         assert_eq!(judged.verdict, Verdict::Confirmed(Some(Basis::Pairs(6))));
-        assert_eq!(judged.ours, "24.00 % (median of 6 pairs, 95 %: 21.00 % to 26.00 %)");
+        assert_eq!(judged.ours, "23.50 % (median of 6 pairs, 95 %: 21.00 % to 26.00 %)");
         assert_eq!(verdict(&[0.19, 0.22, 0.23, 0.24, 0.25, 0.26]).verdict, Verdict::WithinNoise);
         assert_eq!(verdict(&[0.1, 0.11, 0.12, 0.13, 0.14, 0.15]).verdict, Verdict::NotConfirmed);
         // Few runs have the margin.
