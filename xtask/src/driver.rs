@@ -1,5 +1,5 @@
-//! Installs Mesa's software driver if there is no suitable driver: on Debian and its derivatives, as root or through sudo.
-//! macOS and Windows include a driver. One that may be a graphics card's own is never replaced.
+//! Installs Mesa's software driver if there is no suitable driver: on Debian and its derivatives, as root or through
+//! sudo. macOS and Windows include a driver. One that may be a graphics card's own is never replaced.
 
 use std::{fs, path::Path, process::Command};
 
@@ -10,8 +10,8 @@ pub const NO_INSTALL: &str = "--no-driver-install";
 /// Installs Mesa's drivers and the Vulkan loader that wgpu opens. Some of apt's sources may be unreachable.
 const INSTALL: &str = "apt-get update; DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends \
                        mesa-vulkan-drivers libvulkan1";
-/// Before [`INSTALL`]: adds Debian 12's backports to apt's sources, unless they are there, and removes them after a failure,
-/// which would make every later update fail.
+/// Before [`INSTALL`]: adds Debian 12's backports to apt's sources, unless they are there, and removes them after a
+/// failure, which would make every later update fail.
 const FROM_BACKPORTS: &str = r"
 file=/etc/apt/sources.list.d/lanternfish-bookworm-backports.sources
 trap 'test $? = 0 || rm -f $file' EXIT
@@ -20,13 +20,14 @@ grep -rqs '^[^#]*bookworm-backports' /etc/apt/sources.list /etc/apt/sources.list
     'Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg' > $file
 ";
 
-/// Installs what is missing if there certainly is no graphics card: before the build, while the user can enter a password.
+/// Installs what is missing if there certainly is no graphics card: before the build, while the user can enter a
+/// password.
 pub fn before_build(may_install: bool) -> Result<(), String> {
     if may_install && !may_have_graphics_card() { install() } else { Ok(()) }
 }
 
-/// Installs what is missing if `list_adapters` (a built `lanternfish info --adapters`) lists no adapter, or for tests, which
-/// run on software even beside a graphics card, none of software. Returns an error if there is no adapter then.
+/// Installs what is missing if `list_adapters` (a built `lanternfish info --adapters`) lists no adapter, or for tests,
+/// which run on software even beside a graphics card, none of software. Returns an error if there is no adapter then.
 pub fn after_build(may_install: bool, is_test: bool, list_adapters: impl Fn() -> Command) -> Result<(), String> {
     let list = || list_adapters().output().ok().filter(|output| output.status.success());
     let is_enough = |adapters: &[u8]| !is_test || String::from_utf8_lossy(adapters).contains(" Cpu,");
@@ -39,7 +40,8 @@ pub fn after_build(may_install: bool, is_test: bool, list_adapters: impl Fn() ->
     list().map(drop).ok_or_else(|| advice.to_owned())
 }
 
-/// True if the kernel shows a device that a graphics card's driver may use. A virtual machine may show one without a driver.
+/// True if the kernel shows a device that a graphics card's driver may use. A virtual machine may show one without a
+/// driver.
 fn may_have_graphics_card() -> bool {
     let mut devices = fs::read_dir("/dev/dri").into_iter().flatten().flatten();
     devices.any(|entry| entry.file_name().to_string_lossy().starts_with("renderD"))

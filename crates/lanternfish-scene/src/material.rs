@@ -33,8 +33,8 @@ pub struct Material {
     pub alpha_mode: AlphaMode,
     /// True if back faces are drawn, with the normal flipped towards the viewer.
     pub double_sided: bool,
-    /// Index of refraction of the dielectric part: at least 1, or 0 for a mirror. The default, 1.5, gives a reflectance of 0.04
-    /// at normal incidence.
+    /// Index of refraction of the dielectric part: at least 1, or 0 for a mirror. The default, 1.5, gives a reflectance
+    /// of 0.04 at normal incidence.
     pub ior: f32,
     /// Multiplies the reflection of the dielectric part, in 0..=1.
     pub specular: f32,
@@ -45,13 +45,14 @@ pub struct Material {
     pub specular_color: Vec3,
     /// sRGB-encoded RGB.
     pub specular_color_texture: Option<TextureRef>,
-    /// Fraction of the light not reflected by the dielectric part that is transmitted, in 0..=1. It is independent of alpha,
-    /// which is the coverage. Above 0 the surface is transparent, whatever its alpha mode ([`Material::is_transparent`]).
+    /// Fraction of the light not reflected by the dielectric part that is transmitted, in 0..=1. It is independent of
+    /// alpha, which is the coverage. Above 0 the surface is transparent, whatever its alpha mode
+    /// ([`Material::is_transparent`]).
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
-    /// Fraction of the light below the specular layer that the surface scatters through to its other side, not back, in 0..=1
-    /// (`KHR_materials_diffuse_transmission`). What [`Material::transmission`] lets pass is not scattered.
+    /// Fraction of the light below the specular layer that the surface scatters through to its other side, not back, in
+    /// 0..=1 (`KHR_materials_diffuse_transmission`). What [`Material::transmission`] lets pass is not scattered.
     pub diffuse_transmission: f32,
     /// Linear; alpha.
     pub diffuse_transmission_texture: Option<TextureRef>,
@@ -85,7 +86,8 @@ pub struct Material {
     pub anisotropy_rotation: f32,
     /// Linear; red and green: direction from the tangent, which the rotation turns; blue: strength.
     pub anisotropy_texture: Option<TextureRef>,
-    /// Fraction of the reflection at normal incidence that a thin film replaces, in 0..=1 (`KHR_materials_iridescence`).
+    /// Fraction of the reflection at normal incidence that a thin film replaces, in 0..=1
+    /// (`KHR_materials_iridescence`).
     pub iridescence: f32,
     /// Linear; red.
     pub iridescence_texture: Option<TextureRef>,
@@ -97,15 +99,16 @@ pub struct Material {
     pub iridescence_thickness_minimum: f32,
     /// Linear; green: from the minimum (0) to the thickness (1).
     pub iridescence_thickness_texture: Option<TextureRef>,
-    /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface is
-    /// thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
+    /// `KHR_materials_volume`: thickness of the volume below the surface, object space, m, not negative. 0: the surface
+    /// is thin-walled. A renderer that traces through closed surfaces only distinguishes 0 from other values.
     pub thickness: f32,
     /// Transmittance of the volume over [`Material::attenuation_distance`], linear, in 0..=1.
     pub attenuation_color: Vec3,
-    /// Distance over which the volume's transmittance is [`Material::attenuation_color`], world space, m, > 0; infinite if
-    /// the volume absorbs nothing.
+    /// Distance over which the volume's transmittance is [`Material::attenuation_color`], world space, m, > 0; infinite
+    /// if the volume absorbs nothing.
     pub attenuation_distance: f32,
-    /// `KHR_materials_dispersion`: 20 over the Abbe number of the volume, not negative; 0: all colours are refracted alike.
+    /// `KHR_materials_dispersion`: 20 over the Abbe number of the volume, not negative; 0: all colours are refracted
+    /// alike.
     pub dispersion: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
@@ -118,7 +121,8 @@ impl Material {
         self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
     }
 
-    /// True if it transmits light without scattering or refracting it: thin-walled, and so smooth that no blur is visible.
+    /// True if it transmits light without scattering or refracting it: thin-walled, and so smooth that no blur is
+    /// visible.
     #[doc(hidden)]
     pub fn is_thin_dielectric(&self) -> bool {
         const MOST_ROUGHNESS: f32 = 0.03;
@@ -148,8 +152,8 @@ impl Material {
         [self.ior - half_spread, self.ior, self.ior + half_spread].map(|ior| ior.max(1.0))
     }
 
-    /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may shade it by other
-    /// code.
+    /// True if it has lobes beyond the metallic-roughness model: a clear coat, sheen, a grain or a film. Renderers may
+    /// shade it by other code.
     #[doc(hidden)]
     pub fn is_layered(&self) -> bool {
         let has_lobe = self.clearcoat > 0.0 || self.sheen_color != Vec3::ZERO;
@@ -168,8 +172,8 @@ impl Material {
         self.clearcoat > 0.0 && !self.unlit
     }
 
-    /// Set of texture coordinates along which its tangents run; `None`: it has no normal map and no grain. All normal maps and the
-    /// grain share the same tangents.
+    /// Set of texture coordinates along which its tangents run; `None`: it has no normal map and no grain. All normal
+    /// maps and the grain share the same tangents.
     #[doc(hidden)]
     pub fn tangent_uv_set(&self) -> Option<u32> {
         let of_map = self.normal_texture.or(self.clearcoat_normal_texture).map(|texture| texture.uv_set);
@@ -296,17 +300,17 @@ pub enum AlphaMode {
     },
     /// The surface is blended over its background by alpha.
     Blend,
-    /// Opaque to light. In an image whose background is hidden it shows only the shadows on it: black, as opaque as light is missing, times
-    /// alpha.
+    /// Opaque to light. In an image whose background is hidden it shows only the shadows on it: black, as opaque as
+    /// light is missing, times alpha.
     ShadowCatcher {
         /// Radiance where nothing shadows it, nits, the mean of the channels; above 0.
         unshadowed: f32,
     },
 }
 
-/// Textures of sheen, anisotropy and iridescence that renderers sample. A shader has three places for them and for those of a clear coat:
-/// sheen's need the place of the coat's, that of anisotropy the place of the coat's roughness, and those of iridescence the place of the
-/// coat's normal. Two textures in one place must be the same.
+/// Textures of sheen, anisotropy and iridescence that renderers sample. A shader has three places for them and for
+/// those of a clear coat: sheen's need the place of the coat's, that of anisotropy the place of the coat's roughness,
+/// and those of iridescence the place of the coat's normal. Two textures in one place must be the same.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LayerTextures {

@@ -5,8 +5,8 @@ use lanternfish_gpu::Gpu;
 use lanternfish_papers::deep_images::{DeepImages, Fragment};
 
 /// What the image shows.
-pub const TEXT: &str = "`layers.png`: of the first image of the first row, its first five layers, and all of them as transparent surfaces [Archer \
-                        2019, fig. 6]. Lighter is nearer, dark blue: no fragment.";
+pub const TEXT: &str = "`layers.png`: of the first image of the first row, its first five layers, and all of them as \
+                        transparent surfaces [Archer2019, fig. 6]. Lighter is nearer, dark blue: no fragment.";
 
 /// Panels beside each other, and layers with a panel of their own.
 const COLUMNS: usize = 3;

@@ -6,9 +6,10 @@ use lanternfish_scene::Light;
 
 use crate::{bench::Bench, case::Case, probes::rooms, table::Row, view::View};
 
-pub const TEXT: &str = "Two rooms of 128 × 72 pixels: the lamp in the left one, which lights the right one through a gap, goes out and on again. \
-                        A dim light moves, so that the scene changes in every frame. Frames until the light of the right room has 50, 90 and 99 % \
-                        of the change. Walks without a history follow at once and have no row.";
+pub const TEXT: &str = "Two rooms of 128 × 72 pixels: the lamp in the left one, which lights the right one through a \
+                        gap, goes out and on again. A dim light moves, so that the scene changes in every frame. \
+                        Frames until the light of the right room has 50, 90 and 99 % of the change. Walks without a \
+                        history follow at once and have no row.";
 
 const SIZE: Size = Size { width: 128, height: 72 };
 /// Thickness of the wall between the rooms, m.
