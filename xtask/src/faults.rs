@@ -116,7 +116,10 @@ fn copy_sources(tree: &Path, faults: &[Fault<'_>]) -> Result<(), String> {
         copied.insert(to);
     }
     let mut others = files::below(tree)?.into_iter().filter(|file| !copied.contains(file));
-    others.try_for_each(|file| at(&file, fs::remove_file(&file)))
+    others.try_for_each(|file| {
+        // A crate's folder without a manifest would stop cargo. Only empty folders can be removed.
+        at(&file, fs::remove_file(&file)).map(|()| _ = file.ancestors().skip(1).find(|at| fs::remove_dir(at).is_err()))
+    })
 }
 
 /// A command of cargo in the copy, with the environment of `cargo xtask test` and one fault.
