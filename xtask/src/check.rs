@@ -3,11 +3,11 @@
 use crate::{
     budgets,
     command::{cargo, run as step},
-    interface, shader_stats, web,
+    interface, program, shader_stats, web,
 };
 
-/// Checks budgets of lines, then format and lints, with warnings as errors. With `--full` also lints for a browser,
-/// documentation with its public items, and the hot passes of shaders.
+/// Checks budgets of lines, then format and lints, with warnings as errors. With `--full` also lints for a browser
+/// and without features, documentation with its public items, and the hot passes of shaders.
 pub fn run(words: &[String]) -> Result<(), String> {
     let is_full = match words {
         [] => false,
@@ -21,6 +21,44 @@ pub fn run(words: &[String]) -> Result<(), String> {
         return Ok(());
     }
     web::check()?;
+    without_features()?;
     interface::run(&[])?;
     shader_stats::check()
+}
+
+/// The command line without papers and windows. `workspace-hack` and the features of tests give dependencies the
+/// features with which they are compiled anyway.
+const WITHOUT_FEATURES: [&str; 7] = [
+    "--package",
+    "lanternfish-cli",
+    "--package",
+    "workspace-hack",
+    "--no-default-features",
+    "--features",
+    "lanternfish/testing,lanternfish-gpu/testing",
+];
+
+/// Command lines that it refuses, and the feature that the error names.
+const REFUSED: [(&[&str], &str); 6] = [
+    (&["view"], "window"),
+    (&["papers", "demo:cornell"], "papers"),
+    (&["render", "demo:cornell", "--as", "five"], "papers"),
+    (&["render", "demo:cornell", "--culling", "raster-grid"], "papers"),
+    (&["render", "demo:cornell", "--indirect-tracer", "within-texel"], "papers"),
+    (&["shot", "demo:cornell", "--deep-resolution", "32"], "papers"),
+];
+
+/// Lints the command line without its features, builds it, and reads what it says of what it lacks.
+fn without_features() -> Result<(), String> {
+    step(cargo(["clippy"]).args(WITHOUT_FEATURES).args(["--", "-D", "warnings"]))?;
+    let built = program::build(cargo(["build"]).args(WITHOUT_FEATURES))?;
+    let program = program::find(&built, "lanternfish")?;
+    for (words, feature) in REFUSED {
+        let output = program::called(&program, words).output().map_err(|error| format!("{words:?}: {error}"))?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        if output.status.success() || !said.contains(&format!("the feature `{feature}`")) {
+            return Err(format!("{words:?} does not say that the feature `{feature}` is missing: {said}"));
+        }
+    }
+    Ok(())
 }

@@ -4,8 +4,14 @@ use std::{ffi::OsString, process::ExitCode, time::Instant};
 
 use clap::{ArgMatches, Args, Parser, Subcommand};
 
+#[cfg(not(all(feature = "papers", feature = "window")))]
+use crate::mistakes;
+#[cfg(feature = "papers")]
+use crate::papers::{self, PapersArgs};
+#[cfg(feature = "window")]
+use crate::{args::view::WindowArgs, window};
 use crate::{
-    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs, view::WindowArgs},
+    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs},
     compare::{self, CompareArgs},
     doctor::{self, DoctorArgs},
     error::{self, CliError},
@@ -13,12 +19,11 @@ use crate::{
     frames::{self, FramesArgs},
     help::{self, HelpArgs},
     info::{self, InfoArgs},
-    papers::{self, PapersArgs},
     program,
     reference::{self, MergeArgs, ReferenceArgs},
     render,
     replay::{self, ReplayArgs},
-    shot, window,
+    shot,
 };
 
 const EXAMPLES: &str = "\
@@ -48,12 +53,17 @@ pub enum Command {
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
     Render(Box<render::many::ManyArgs>),
+    #[cfg(feature = "window")]
     /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
+    /// Needs the feature `window`.
+    #[cfg(not(feature = "window"))]
+    #[command(hide = true)]
+    View(AnyWords),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
     /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder. `-o
@@ -99,6 +109,7 @@ pub enum Command {
     /// from one separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),
+    #[cfg(feature = "papers")]
     /// Renders a scene as each of the five papers, as all five at once, and by path tracing, on one sheet.
     ///
     /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html,
@@ -106,16 +117,20 @@ pub enum Command {
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),
+    /// Needs the feature `papers`.
+    #[cfg(not(feature = "papers"))]
+    #[command(hide = true)]
+    Papers(AnyWords),
     /// Points to the separate program `lanternfish-bench`.
     #[command(hide = true)]
-    Bench(BenchArgs),
+    Bench(AnyWords),
     /// Prints the help of a command.
     Help(HelpArgs),
 }
 
-/// The words after `bench`.
+/// The words after a command that this program has not.
 #[derive(Debug, Args)]
-pub struct BenchArgs {
+pub struct AnyWords {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     words: Vec<OsString>,
 }
@@ -153,6 +168,9 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Render(args) => {
             render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
+        #[cfg(not(feature = "window"))]
+        Command::View(_) => Err(CliError::new(format_args!("view: {}", mistakes::NO_WINDOW), "")),
+        #[cfg(feature = "window")]
         Command::View(args) => {
             shot::resolve(&args.render.scene, said).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
         }
@@ -165,6 +183,9 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
+        #[cfg(not(feature = "papers"))]
+        Command::Papers(_) => Err(CliError::new(format_args!("papers: {}", mistakes::NO_PAPERS), "")),
+        #[cfg(feature = "papers")]
         Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
         Command::Compare(args) => compare::run(&args),
         Command::Replay(args) => replay::run(&args, said).map(|()| 0),
@@ -172,7 +193,7 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
 }
 
 /// Benches are in a separate program, which users need not have.
-fn not_here(args: &BenchArgs) -> CliError {
+fn not_here(args: &AnyWords) -> CliError {
     let words: String = args.words.iter().map(|word| format!(" {}", word.display())).collect();
     CliError::new("bench: benches are a separate program", format!("run `lanternfish-bench{words}`"))
 }

@@ -74,6 +74,16 @@ const GONE: [(&str, &str, &str); 10] = [
 const FRAMES_ARE_TIMED: &str = "`lanternfish-bench walks` times frames, with --size and --seconds";
 const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flags, or two folders of shaders, in turn";
 
+/// Why a name of the papers is unknown, and a window does not open.
+pub(crate) const NO_PAPERS: &str =
+    "the papers' techniques need the feature `papers`, which this program was built without";
+#[cfg(not(feature = "window"))]
+pub(crate) const NO_WINDOW: &str = "a window needs the feature `window`, which this program was built without";
+/// The papers' techniques, and the beginnings of names of their parameters.
+const OF_PAPERS: [&str; 7] =
+    ["across-texels", "deep", "hbao", "photon-splatting", "raster-grid", "virtual-lights", "within-texel"];
+const PARAMETERS_OF_PAPERS: [&str; 6] = ["deep-", "grid-", "hbao-", "occlusion-", "photon-", "vpl-"];
+
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.
 pub(crate) const IMAGE_TOOLS: &str =
@@ -88,7 +98,17 @@ const JOINED: &str = "numbers of one flag are joined by commas: 1,2,3";
 
 /// What does the same as a flag that is none here, or no longer.
 pub(crate) fn tip(flag: &str) -> Option<&'static str> {
-    ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip)
+    let elsewhere = ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip);
+    elsewhere.or_else(|| missing(flag.trim_start_matches('-')))
+}
+
+/// Why the name of a technique or a parameter is unknown in a program without the papers.
+pub(crate) fn missing(name: &str) -> Option<&'static str> {
+    (cfg!(not(feature = "papers")) && is_of_papers(name)).then_some(NO_PAPERS)
+}
+
+fn is_of_papers(name: &str) -> bool {
+    OF_PAPERS.contains(&name) || PARAMETERS_OF_PAPERS.iter().any(|begin| name.starts_with(begin))
 }
 
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
@@ -129,6 +149,10 @@ pub(crate) fn explain(error: &mut Error) {
                 && error.to_string().contains("numbers") =>
         {
             vec![JOINED.to_owned()]
+        }
+        ErrorKind::InvalidValue if argument(ContextKind::InvalidValue).is_some_and(|name| missing(&name).is_some()) => {
+            error.remove(ContextKind::SuggestedValue);
+            vec![NO_PAPERS.to_owned()]
         }
         ErrorKind::InvalidValue
             if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>

@@ -5,7 +5,6 @@ use lanternfish::{
     settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
-use lanternfish_papers::DeepImageSettings;
 
 use super::report::{Adapter, Technique};
 use crate::flags::as_flags;
@@ -56,11 +55,9 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     requested.extend(
         occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), direct().with_occlusion(occlusion))),
     );
-    let deep_images = DeepImageSettings::default();
     let indirect = Indirect::all().into_iter();
-    requested.extend(indirect.map(|indirect| {
-        (format!("indirect {}", indirect.name()), direct().with_indirect(indirect).with_structure(deep_images))
-    }));
+    requested
+        .extend(indirect.map(|indirect| (format!("indirect {}", indirect.name()), direct().with_indirect(indirect))));
     let built = |(name, settings): (String, Settings)| {
         let reason =
             Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));

@@ -202,18 +202,16 @@ impl TracedStructure for DeepImages {
         self.settings.features(false)
     }
 
+    /// It is traced in the image of the set's nearest direction.
+    fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        let (image, is_reversed) = self.directions.nearest(direction);
+        TracedRay::new(origin, direction, offset, image, is_reversed)
+    }
+
     fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
         for chunk in &self.chunks {
             let of_chunk = chunk.bindings(&self.frames).with(&self.direction_bindings());
             dispatch(&bindings.clone().with(&of_chunk));
         }
-    }
-}
-
-impl DeepImages {
-    /// A ray along `direction` (unit), traced in the image of the set's nearest direction.
-    pub fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
-        let (image, is_reversed) = self.directions.nearest(direction);
-        TracedRay::new(origin, direction, offset, image, is_reversed)
     }
 }
