@@ -26,7 +26,7 @@ pub struct Plan {
 impl Plan {
     /// True if its group, name or scene contains the text.
     pub fn matches(&self, text: &str) -> bool {
-        [self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
+        [&*self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
     }
 
     /// Its row before it runs: failed.

@@ -1,7 +1,7 @@
 //! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no
 //! file is left. `tests/command_line/mistakes.rs` has what needs a process.
 
-use lanternfish::settings::{Culling, Indirect, Occlusion, Settings, Tracer};
+use lanternfish::settings::{AnyParameter, Settings};
 
 use super::is_of_papers;
 use crate::testing::{self, Place};
@@ -14,12 +14,11 @@ fn names_of_the_papers_are_known_without_them() {
         return;
     }
     let names = || {
-        let mut names: Vec<&str> = Settings::parameters().iter().map(|entry| entry.info.name).collect();
-        names.extend(Culling::all().iter().map(|culling| culling.name()));
-        names.extend(Indirect::all().iter().map(|indirect| indirect.name()));
-        names.extend(Occlusion::all().iter().map(|occlusion| occlusion.name()));
-        names.extend(Tracer::all().iter().map(|tracer| tracer.name()));
-        names
+        let is_choice = |entry: &AnyParameter| entry.info.name == entry.kind || entry.info.name == "shadows";
+        let values = |entry: &AnyParameter| if is_choice(entry) { entry.names() } else { Vec::new() };
+        let all = Settings::parameters();
+        let values = all.iter().flat_map(values).map(|(name, _)| name);
+        values.chain(all.iter().map(|entry| entry.info.name)).collect::<Vec<_>>()
     };
     let of_library = names();
     testing::know_papers();
