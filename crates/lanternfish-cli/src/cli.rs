@@ -4,8 +4,6 @@ use std::{ffi::OsString, process::ExitCode, time::Instant};
 
 use clap::{ArgMatches, Args, Parser, Subcommand};
 
-#[cfg(not(all(feature = "papers", feature = "window")))]
-use crate::mistakes;
 #[cfg(feature = "papers")]
 use crate::papers::{self, PapersArgs};
 #[cfg(feature = "window")]
@@ -60,10 +58,6 @@ pub enum Command {
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
-    /// Needs the feature `window`.
-    #[cfg(not(feature = "window"))]
-    #[command(hide = true)]
-    View(AnyWords),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
     /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder. `-o
@@ -117,20 +111,16 @@ pub enum Command {
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),
-    /// Needs the feature `papers`.
-    #[cfg(not(feature = "papers"))]
-    #[command(hide = true)]
-    Papers(AnyWords),
     /// Points to the separate program `lanternfish-bench`.
     #[command(hide = true)]
-    Bench(AnyWords),
+    Bench(BenchArgs),
     /// Prints the help of a command.
     Help(HelpArgs),
 }
 
-/// The words after a command that this program has not.
+/// The words after `bench`.
 #[derive(Debug, Args)]
-pub struct AnyWords {
+pub struct BenchArgs {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     words: Vec<OsString>,
 }
@@ -168,8 +158,6 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Render(args) => {
             render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
-        #[cfg(not(feature = "window"))]
-        Command::View(_) => Err(CliError::new(format_args!("view: {}", mistakes::NO_WINDOW), "")),
         #[cfg(feature = "window")]
         Command::View(args) => {
             shot::resolve(&args.render.scene, said).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
@@ -183,8 +171,6 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
-        #[cfg(not(feature = "papers"))]
-        Command::Papers(_) => Err(CliError::new(format_args!("papers: {}", mistakes::NO_PAPERS), "")),
         #[cfg(feature = "papers")]
         Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
         Command::Compare(args) => compare::run(&args),
@@ -193,7 +179,7 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
 }
 
 /// Benches are in a separate program, which users need not have.
-fn not_here(args: &AnyWords) -> CliError {
+fn not_here(args: &BenchArgs) -> CliError {
     let words: String = args.words.iter().map(|word| format!(" {}", word.display())).collect();
     CliError::new("bench: benches are a separate program", format!("run `lanternfish-bench{words}`"))
 }

@@ -35,12 +35,8 @@ pub mod light_rig;
 pub mod opened;
 #[doc(hidden)]
 pub mod output;
-#[cfg(feature = "papers")]
+#[cfg_attr(not(feature = "papers"), path = "no_papers.rs")]
 #[doc(hidden)]
-pub mod paper;
-#[cfg(not(feature = "papers"))]
-#[doc(hidden)]
-#[path = "no_papers.rs"]
 pub mod paper;
 #[doc(hidden)]
 pub mod parse;

@@ -55,13 +55,17 @@ const ELSEWHERE: [(&str, &str); 34] = [
 ];
 
 /// What is gone, or of other programs: the command that it was given to, the flag or command, and what to use instead.
-const GONE: [(&str, &str, &str); 10] = [
+const GONE: &[(&str, &str, &str)] = &[
     ("lanternfish", "turntable", "`lanternfish render SCENE --orbit N` renders N frames around the scene"),
     (
         "lanternfish",
         "deep-images",
         "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png",
     ),
+    #[cfg(not(feature = "window"))]
+    ("lanternfish", "view", "a window needs the feature `window`, which this program was built without"),
+    #[cfg(not(feature = "papers"))]
+    ("lanternfish", "papers", NO_PAPERS),
     ("doctor", "--page", "--read FILE prints a report as a table"),
     ("doctor", "--size", FRAMES_ARE_TIMED),
     ("doctor", "--seconds", FRAMES_ARE_TIMED),
@@ -74,15 +78,11 @@ const GONE: [(&str, &str, &str); 10] = [
 const FRAMES_ARE_TIMED: &str = "`lanternfish-bench walks` times frames, with --size and --seconds";
 const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flags, or two folders of shaders, in turn";
 
-/// Why a name of the papers is unknown, and a window does not open.
+/// Why a name of the papers is unknown.
 pub(crate) const NO_PAPERS: &str =
     "the papers' techniques need the feature `papers`, which this program was built without";
-#[cfg(not(feature = "window"))]
-pub(crate) const NO_WINDOW: &str = "a window needs the feature `window`, which this program was built without";
-/// The papers' techniques, and the beginnings of names of their parameters.
-const OF_PAPERS: [&str; 7] =
-    ["across-texels", "deep", "hbao", "photon-splatting", "raster-grid", "virtual-lights", "within-texel"];
-const PARAMETERS_OF_PAPERS: [&str; 6] = ["deep-", "grid-", "hbao-", "occlusion-", "photon-", "vpl-"];
+/// Beginnings of the names of the papers' techniques, and of their parameters.
+const OF_PAPERS: &str = "across- deep grid- hbao occlusion- photon- raster-grid virtual-lights vpl- within-";
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.
@@ -108,7 +108,7 @@ pub(crate) fn missing(name: &str) -> Option<&'static str> {
 }
 
 fn is_of_papers(name: &str) -> bool {
-    OF_PAPERS.contains(&name) || PARAMETERS_OF_PAPERS.iter().any(|begin| name.starts_with(begin))
+    OF_PAPERS.split(' ').any(|begin| name.starts_with(begin))
 }
 
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
@@ -150,28 +150,20 @@ pub(crate) fn explain(error: &mut Error) {
         {
             vec![JOINED.to_owned()]
         }
-        ErrorKind::InvalidValue if argument(ContextKind::InvalidValue).is_some_and(|name| missing(&name).is_some()) => {
+        ErrorKind::InvalidValue => {
+            let [flag, value] =
+                [ContextKind::InvalidArg, ContextKind::InvalidValue].map(|kind| argument(kind).unwrap_or_default());
+            let tip = match flag.split(' ').next() {
+                _ if missing(&value).is_some() => NO_PAPERS.to_owned(),
+                Some("--samples") => format!("--samples is for edges; {SAMPLES}"),
+                Some("--indirect") if value.starts_with("path") => {
+                    "`lanternfish reference SCENE` is the path tracer".to_owned()
+                }
+                Some("--only") if value == "ab" => PAIR.to_owned(),
+                _ => return,
+            };
             error.remove(ContextKind::SuggestedValue);
-            vec![NO_PAPERS.to_owned()]
-        }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>
-        {
-            error.remove(ContextKind::SuggestedValue);
-            vec![format!("--samples is for edges; {SAMPLES}")]
-        }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--indirect "))
-                && argument(ContextKind::InvalidValue).is_some_and(|name| name.starts_with("path")) =>
-        {
-            error.remove(ContextKind::SuggestedValue);
-            vec!["`lanternfish reference SCENE` is the path tracer".to_owned()]
-        }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--only "))
-                && argument(ContextKind::InvalidValue).is_some_and(|part| part == "ab") =>
-        {
-            vec![PAIR.to_owned()]
+            vec![tip]
         }
         ErrorKind::InvalidSubcommand => {
             let name = argument(ContextKind::InvalidSubcommand).unwrap_or_default();

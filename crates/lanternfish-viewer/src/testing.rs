@@ -1,6 +1,6 @@
-//! The techniques of the papers, for tests of the window with other techniques than the library's.
+//! Tests of the window with other techniques than the library's.
 
-/// Makes them known.
+/// Makes the techniques of the papers known.
 pub fn know_papers() {
     lanternfish_papers::register();
 }

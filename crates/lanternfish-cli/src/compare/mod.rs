@@ -133,19 +133,15 @@ pub fn run(args: &CompareArgs) -> Result<u8, CliError> {
 
 /// Checks everything that can be checked before a file is read.
 fn check(args: &CompareArgs) -> Result<(), CliError> {
-    for (flag, path) in [("--map", &args.map), ("--side-by-side", &args.side_by_side)] {
-        if let Some(path) = path.as_deref().filter(|path| !has_ending(path, "png")) {
-            return Err(CliError::new(
-                format_args!("{flag} {}: unsupported output format", path.display()),
-                "end the name with .png",
-            ));
-        }
-    }
     let json = args.json.as_ref().filter(|path| *path != Path::new("-"));
     let outputs = [("--map", args.map.as_ref()), ("--side-by-side", args.side_by_side.as_ref()), ("--json", json)];
     let outputs: Vec<(&str, &PathBuf)> = outputs.into_iter().filter_map(|(flag, path)| Some((flag, path?))).collect();
     let inputs = [Some(&args.image), Some(&args.reference), args.variance_a.as_ref(), args.variance_b.as_ref()];
     for (i, (flag, path)) in outputs.iter().enumerate() {
+        if *flag != "--json" && !has_ending(path, "png") {
+            let what = format_args!("{flag} {}: unsupported output format", path.display());
+            return Err(CliError::new(what, "end the name with .png"));
+        }
         check_writable(path)?;
         let others = inputs.iter().flatten().copied().chain(outputs[..i].iter().map(|(_, other)| *other));
         if others.into_iter().any(|other| same_file(path, other)) {

@@ -1,7 +1,7 @@
 //! Adapters of this machine, and what each can run.
 
 use lanternfish::{
-    RenderError, Renderer, Settings,
+    Renderer, Settings,
     settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
@@ -51,8 +51,7 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let requested = requested.chain(Occlusion::all().into_iter().map(occlusion));
     let requested = requested.chain(Indirect::all().into_iter().map(indirect));
     let built = |(name, settings): (String, Settings)| {
-        let reason =
-            Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));
+        let reason = Renderer::with_engine(engine, settings).err().map(|error| as_flags(&error.to_string()));
         Technique { name, reason }
     };
     requested.map(built).collect()

@@ -62,7 +62,7 @@ pub fn trace(bench: &Bench, through: Tracer) -> Result<Vec<Rate>, CliError> {
             tracer.record(&mut frame, &uploaded, through, structure, &list, count)?;
             let started = Instant::now();
             frame.submit();
-            idle(device)?;
+            device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
             let host_ms = 1e3 * started.elapsed().as_secs_f64();
             // Mesa 22.3 has timestamps a thousand times too short.
             let is_faulty = faulty_software(&device.adapter_info());
@@ -123,13 +123,11 @@ fn built(
     let built = kept.get(&mut frame, scene, Quat::IDENTITY);
     frame.submit();
     let built = built?;
-    idle(device)?;
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
     profiler.finished();
     Ok(Some(built))
 }
 
-/// Waits for the device.
-fn idle(device: &wgpu::Device) -> Result<(), CliError> {
-    let lost = |error| CliError::new(format_args!("the device does not respond: {error}"), "");
-    device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(lost)
+fn lost(error: wgpu::PollError) -> CliError {
+    CliError::new(format_args!("the device does not respond: {error}"), "")
 }

@@ -213,8 +213,8 @@ impl Report {
         }
         let count = |verdict| self.checks.iter().filter(|check| check.verdict == verdict).count();
         let [passed, failed, left_out] = [Verdict::Passed, Verdict::Failed, Verdict::LeftOut].map(count);
-        let _ =
-            writeln!(text, "\n{passed} checks passed, {failed} failed, {left_out} left out, in {:.0} s", self.seconds);
+        let counts = format!("{passed} checks passed, {failed} failed, {left_out} left out");
+        let _ = writeln!(text, "\n{counts}, in {:.0} s", self.seconds);
         if let Some(Check { group, name, scene, .. }) = self.failures().next() {
             let which = format!("{}, {name} ({scene})", group.name());
             let _ = writeln!(text, "first failure: {which}. Later checks depend on earlier ones: begin there.");

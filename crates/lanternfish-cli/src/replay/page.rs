@@ -99,11 +99,11 @@ pub fn least_of(report: &Report, wanted: impl Fn(Category) -> bool) -> Option<Ve
 
 /// Areas of the selected categories that ran.
 pub fn areas(report: &Report, wanted: impl Fn(Category) -> bool) -> Vec<Area> {
-    let of = |(category, color): (Category, &'static str)| {
+    let of = |(category, name, color): (Category, &str, &'static str)| {
         let heights = least_of(report, |other| other == category)?;
-        Some(Area { name: category.name().to_owned(), color, heights })
+        Some(Area { name: name.to_owned(), color, heights })
     };
-    Category::OF_PASSES.into_iter().filter(|(category, _)| wanted(*category)).filter_map(of).collect()
+    Category::OF_PASSES.into_iter().filter(|(category, ..)| wanted(*category)).filter_map(of).collect()
 }
 
 fn time_plots(report: &Report) -> Vec<String> {

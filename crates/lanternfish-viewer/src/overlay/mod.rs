@@ -282,10 +282,7 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish::{
-        settings::Culling,
-        techniques::{TileSize, Tiled},
-    };
+    use lanternfish::settings::Culling;
 
     use super::*;
     use crate::testing;
@@ -313,8 +310,9 @@ mod tests {
         let with = |culling: Culling| spacing(&Settings::default().with_culling(culling));
         let clustered = Clustered { shape: ClusterShape::Perspective { pixels: 48 }, ..Clustered::default() };
         assert_eq!((with(Culling::NONE), with(clustered.into())), (None, Some(48)));
-        assert_eq!(with(Tiled { tile_size: TileSize::Px32, ..Tiled::default() }.into()), Some(32));
         testing::know_papers();
-        assert_eq!(with("raster-grid".parse().unwrap()), Some(16), "tiles of any technique");
+        for name in ["tiled", "raster-grid"] {
+            assert_eq!(with(Culling::named(name).unwrap()), Some(16), "{name}");
+        }
     }
 }
