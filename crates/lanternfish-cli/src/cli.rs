@@ -51,10 +51,10 @@ pub enum Command {
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT_HELP, after_long_help = RENDER_HELP, args_override_self = true)]
     Render(Box<render::many::ManyArgs>),
-    #[cfg(feature = "window")]
     /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
+    #[cfg(feature = "window")]
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
@@ -103,11 +103,11 @@ pub enum Command {
     /// from one separate run. Writes report.html with plots, report.json, passes.csv and counts.csv.
     #[command(after_help = replay::HELP, args_override_self = true)]
     Replay(Box<ReplayArgs>),
-    #[cfg(feature = "papers")]
     /// Renders a scene as each of the five papers, as all five at once, and by path tracing, on one sheet.
     ///
     /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html,
     /// papers.png and each image.
+    #[cfg(feature = "papers")]
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),

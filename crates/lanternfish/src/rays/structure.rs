@@ -77,7 +77,9 @@ pub trait TracedStructure: Any + fmt::Debug + Send + Sync {
     fn distance_features(&self) -> Vec<Feature>;
 
     /// A ray along `direction` (unit) that ignores surfaces nearer than `offset`, m.
-    fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay;
+    fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        TracedRay::new(origin, direction, offset, 0, false)
+    }
 
     /// Calls `dispatch` once for each of its parts, with that part's bindings added to these. Each run answers for its
     /// part alone.

@@ -1,7 +1,7 @@
 //! Rays to trace, with their exact hit distances.
 
 use glam::Vec3;
-use lanternfish::rays::{TracedRay, TracedStructure as _};
+use lanternfish::rays::TracedRay;
 use lanternfish_papers::deep_images::DeepImages;
 use lanternfish_reference::{Random, Tracer};
 use lanternfish_scene::Scene;

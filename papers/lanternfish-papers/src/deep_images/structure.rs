@@ -202,10 +202,8 @@ impl TracedStructure for DeepImages {
         self.settings.features(false)
     }
 
-    /// It is traced in the image of the set's nearest direction.
     fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
-        let (image, is_reversed) = self.directions.nearest(direction);
-        TracedRay::new(origin, direction, offset, image, is_reversed)
+        self.ray(origin, direction, offset)
     }
 
     fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
@@ -213,5 +211,13 @@ impl TracedStructure for DeepImages {
             let of_chunk = chunk.bindings(&self.frames).with(&self.direction_bindings());
             dispatch(&bindings.clone().with(&of_chunk));
         }
+    }
+}
+
+impl DeepImages {
+    /// A ray along `direction` (unit), traced in the image of the set's nearest direction.
+    pub fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        let (image, is_reversed) = self.directions.nearest(direction);
+        TracedRay::new(origin, direction, offset, image, is_reversed)
     }
 }
