@@ -34,6 +34,9 @@ const EXCEPTIONS: [&str; 2] =
 const UP: [(&str, &str); 4] =
     [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion"), ("direct_light", "shading")];
 
+/// The only files of `crates` that name the crate of the papers: the command line's, and that of the window's tests.
+const PAPERS: [&str; 2] = ["crates/lanternfish-cli/src/paper.rs", "crates/lanternfish-viewer/src/testing.rs"];
+
 /// The list that registers all techniques.
 const REGISTRATION: &str = "techniques";
 
@@ -253,6 +256,17 @@ fn folders_of_the_library_stand_on_floors() {
         assert!(is_there, "{from} does not import {to}");
     }
     assert_eq!(cycles(&folders), Vec::<BTreeSet<File>>::new());
+}
+
+#[test]
+fn one_file_of_the_product_names_the_papers() {
+    let workspace = crate::command::workspace();
+    let mut found = files::below(&workspace.join("crates")).expect("a folder");
+    found.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    found.retain(|path| files::read(path).expect("source is text").contains("lanternfish_papers"));
+    found.sort();
+    let named: Vec<_> = found.iter().map(|path| path.strip_prefix(workspace).expect("it lies below")).collect();
+    assert_eq!(named, PAPERS.map(Path::new));
 }
 
 #[test]

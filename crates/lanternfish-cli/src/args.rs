@@ -18,7 +18,6 @@ use lanternfish::{
     settings::{Direct, GivenSettings, Preset, Settings},
 };
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_papers::{DeepImageSettings, Paper};
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 pub use self::{
@@ -32,6 +31,7 @@ use crate::{
     choices::{choice, names},
     help,
     outputs::{self, Quantities, Quantity},
+    paper::{self, Paper},
     parse::{self, PoseConvention, Size},
     progress::ToldTo,
     scene::{self, SceneName},
@@ -127,7 +127,7 @@ pub struct RenderArgs {
     ///
     /// A stage that the paper lacks is off. --timings lists what is set, and the section that says so. Flags beside it
     /// override it.
-    #[arg(id = "paper", long = "as", value_name = "PAPER", value_parser = choice::<Paper>())]
+    #[arg(id = "paper", long = "as", value_name = "PAPER", value_parser = paper::parser())]
     #[arg(help_heading = "Technique", hide_short_help = true)]
     pub paper: Option<Paper>,
     /// Preset.
@@ -147,7 +147,6 @@ pub struct RenderArgs {
 
 /// The command `render` alone.
 pub(crate) fn render_command() -> Command {
-    lanternfish_papers::register();
     let command =
         Command::new("render").bin_name("lanternfish render").disable_help_flag(true).arg(help::flag("lanternfish"));
     RenderArgs::augment_args(command).args_override_self(true)
@@ -384,7 +383,7 @@ impl RenderArgs {
     pub(crate) fn settings_with(&self, given: &GivenSettings, frames: u32) -> Settings {
         let mut settings = given.techniques_over(self.quality, frames);
         if settings.indirect.is_some() {
-            settings.structure = DeepImageSettings::of_quality(self.quality.quality()).chosen();
+            settings.structure = paper::structure(self.quality.quality());
         }
         given.set(&mut settings);
         settings.with_accumulate(frames)

@@ -4,8 +4,12 @@ use std::{ffi::OsString, process::ExitCode, time::Instant};
 
 use clap::{ArgMatches, Args, Parser, Subcommand};
 
+#[cfg(feature = "papers")]
+use crate::papers::{self, PapersArgs};
+#[cfg(feature = "window")]
+use crate::{args::view::WindowArgs, window};
 use crate::{
-    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs, view::WindowArgs},
+    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs},
     compare::{self, CompareArgs},
     doctor::{self, DoctorArgs},
     error::{self, CliError},
@@ -13,12 +17,11 @@ use crate::{
     frames::{self, FramesArgs},
     help::{self, HelpArgs},
     info::{self, InfoArgs},
-    papers::{self, PapersArgs},
     program,
     reference::{self, MergeArgs, ReferenceArgs},
     render,
     replay::{self, ReplayArgs},
-    shot, window,
+    shot,
 };
 
 const EXAMPLES: &str = "\
@@ -51,6 +54,7 @@ pub enum Command {
     /// Opens a window on a scene: fly through it, change every setting, see the time of each pass.
     ///
     /// Takes the flags of `render`. Without a scene it shows the built-in atrium.
+    #[cfg(feature = "window")]
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
@@ -103,6 +107,7 @@ pub enum Command {
     ///
     /// Takes the flags of `render`, for every image; those of techniques override the papers'. Writes papers.html,
     /// papers.png and each image.
+    #[cfg(feature = "papers")]
     #[command(after_help = papers::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish papers [--spp N] [OPTIONS OF render] [-o FOLDER] <SCENE>")]
     Papers(Box<PapersArgs>),
@@ -153,6 +158,7 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Render(args) => {
             render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
+        #[cfg(feature = "window")]
         Command::View(args) => {
             shot::resolve(&args.render.scene, said).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
         }
@@ -165,6 +171,7 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
+        #[cfg(feature = "papers")]
         Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
         Command::Compare(args) => compare::run(&args),
         Command::Replay(args) => replay::run(&args, said).map(|()| 0),

@@ -85,7 +85,6 @@ mod tests {
     /// Every setting that the library's texts name is a flag of `render`, and the texts name no flags.
     #[test]
     fn every_setting_that_the_library_names_is_a_flag() {
-        lanternfish_papers::register();
         let mut root = Cli::command();
         root.build();
         let render = root.find_subcommand("render").unwrap();

@@ -1,5 +1,13 @@
 //! The command line of Lanternfish: the program `lanternfish`, and the code that `lanternfish-bench` shares with it.
 
+#![cfg_attr(
+    not(all(feature = "papers", feature = "window")),
+    allow(dead_code, unused_imports, reason = "windows and the sheet of papers use the rest")
+)]
+
+#[cfg(all(test, not(all(feature = "papers", feature = "window"))))]
+compile_error!("the tests need the default features");
+
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
@@ -27,6 +35,9 @@ pub mod light_rig;
 pub mod opened;
 #[doc(hidden)]
 pub mod output;
+#[cfg_attr(not(feature = "papers"), path = "no_papers.rs")]
+#[doc(hidden)]
+pub mod paper;
 #[doc(hidden)]
 pub mod parse;
 #[doc(hidden)]
@@ -63,7 +74,7 @@ mod legend;
 mod mistakes;
 mod motion;
 mod outputs;
-mod paper;
+#[cfg(feature = "papers")]
 mod papers;
 mod recording;
 mod reference;
@@ -76,6 +87,7 @@ mod stereo;
 #[cfg(test)]
 mod testing;
 mod warm;
+#[cfg(feature = "window")]
 mod window;
 
 pub use cli::main;

@@ -55,13 +55,17 @@ const ELSEWHERE: [(&str, &str); 34] = [
 ];
 
 /// What is gone, or of other programs: the command that it was given to, the flag or command, and what to use instead.
-const GONE: [(&str, &str, &str); 10] = [
+const GONE: &[(&str, &str, &str)] = &[
     ("lanternfish", "turntable", "`lanternfish render SCENE --orbit N` renders N frames around the scene"),
     (
         "lanternfish",
         "deep-images",
         "`lanternfish-bench deep-images SCENE` writes the layers of a deep image, layers.png",
     ),
+    #[cfg(not(feature = "window"))]
+    ("lanternfish", "view", "a window needs the feature `window`, which this program was built without"),
+    #[cfg(not(feature = "papers"))]
+    ("lanternfish", "papers", NO_PAPERS),
     ("doctor", "--page", "--read FILE prints a report as a table"),
     ("doctor", "--size", FRAMES_ARE_TIMED),
     ("doctor", "--seconds", FRAMES_ARE_TIMED),
@@ -73,6 +77,12 @@ const GONE: [(&str, &str, &str); 10] = [
 ];
 const FRAMES_ARE_TIMED: &str = "`lanternfish-bench walks` times frames, with --size and --seconds";
 const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flags, or two folders of shaders, in turn";
+
+/// Why a name of the papers is unknown.
+pub(crate) const NO_PAPERS: &str =
+    "the papers' techniques need the feature `papers`, which this program was built without";
+/// Beginnings of the names of the papers' techniques, and of their parameters.
+const OF_PAPERS: &str = "across- deep grid- hbao occlusion- photon- raster-grid virtual-lights vpl- within-";
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.
@@ -88,7 +98,17 @@ const JOINED: &str = "numbers of one flag are joined by commas: 1,2,3";
 
 /// What does the same as a flag that is none here, or no longer.
 pub(crate) fn tip(flag: &str) -> Option<&'static str> {
-    ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip)
+    let elsewhere = ELSEWHERE.iter().find(|(known, _)| *known == flag).map(|(_, tip)| *tip);
+    elsewhere.or_else(|| missing(flag.trim_start_matches('-')))
+}
+
+/// Why the name of a technique or a parameter is unknown in a program without the papers.
+pub(crate) fn missing(name: &str) -> Option<&'static str> {
+    (cfg!(not(feature = "papers")) && is_of_papers(name)).then_some(NO_PAPERS)
+}
+
+fn is_of_papers(name: &str) -> bool {
+    OF_PAPERS.split(' ').any(|begin| name.starts_with(begin))
 }
 
 /// Replaces clap's tip, to pass the argument as a value, by one that helps.
@@ -130,24 +150,20 @@ pub(crate) fn explain(error: &mut Error) {
         {
             vec![JOINED.to_owned()]
         }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--samples ")) =>
-        {
+        ErrorKind::InvalidValue => {
+            let [flag, value] =
+                [ContextKind::InvalidArg, ContextKind::InvalidValue].map(|kind| argument(kind).unwrap_or_default());
+            let tip = match flag.split(' ').next() {
+                _ if missing(&value).is_some() => NO_PAPERS.to_owned(),
+                Some("--samples") => format!("--samples is for edges; {SAMPLES}"),
+                Some("--indirect") if value.starts_with("path") => {
+                    "`lanternfish reference SCENE` is the path tracer".to_owned()
+                }
+                Some("--only") if value == "ab" => PAIR.to_owned(),
+                _ => return,
+            };
             error.remove(ContextKind::SuggestedValue);
-            vec![format!("--samples is for edges; {SAMPLES}")]
-        }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--indirect "))
-                && argument(ContextKind::InvalidValue).is_some_and(|name| name.starts_with("path")) =>
-        {
-            error.remove(ContextKind::SuggestedValue);
-            vec!["`lanternfish reference SCENE` is the path tracer".to_owned()]
-        }
-        ErrorKind::InvalidValue
-            if argument(ContextKind::InvalidArg).is_some_and(|flag| flag.starts_with("--only "))
-                && argument(ContextKind::InvalidValue).is_some_and(|part| part == "ab") =>
-        {
-            vec![PAIR.to_owned()]
+            vec![tip]
         }
         ErrorKind::InvalidSubcommand => {
             let name = argument(ContextKind::InvalidSubcommand).unwrap_or_default();

@@ -1,8 +1,7 @@
 //! A shot that is shown and changed: what a window and a browser's page open.
 
 use lanternfish::settings::{Exposure, History, Settings};
-use lanternfish_scene::{Camera, Scene, generate::Rain};
-use lanternfish_viewer::Moment;
+use lanternfish_scene::{Camera, Scene, generate::Rain, motion::Moment};
 
 use crate::{
     camera,
@@ -79,7 +78,6 @@ mod tests {
 
     #[test]
     fn flags_by_name_are_those_of_the_command_line() {
-        lanternfish_papers::register();
         let flags = |words: &[(&str, &str)]| {
             words.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect::<Vec<_>>()
         };

@@ -1,18 +1,37 @@
-//! `--as PAPER`: the flags that it stands for, and a table of them.
+//! The papers: their techniques, and `--as PAPER`, the flags that it stands for, and a table of them.
+//!
+//! Only this file names their crate, which the feature `papers` links. Without it, `no_papers.rs` stands for this file.
 
 use std::ffi::OsStr;
 
-use lanternfish::settings::{GivenSettings, Settings};
-use lanternfish_papers::Paper;
+use clap::builder::TypedValueParser;
+use lanternfish::{
+    rays::Structure,
+    settings::{GivenSettings, Quality, Settings},
+};
+#[cfg(test)]
+pub use lanternfish_papers::{Deep, DeepBuilder, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao, RasterGrid};
+pub use lanternfish_papers::{DeepImageSettings, Paper, register};
 use lanternfish_scene::Named as _;
 
 use crate::{
+    choices::choice,
     shot::Shot,
     table::{Row, to_text},
 };
 
 /// The id of the flag.
 pub(crate) const ID: &str = "paper";
+
+/// Parses the name of a paper.
+pub(crate) fn parser() -> impl TypedValueParser<Value = Paper> {
+    choice::<Paper>()
+}
+
+/// The structure of inexact tracers at a quality; none is its default.
+pub(crate) fn structure(quality: Quality) -> Structure {
+    DeepImageSettings::of_quality(quality).chosen()
+}
 
 /// The settings that the paper of this name stands for.
 pub(crate) fn given(name: Option<&OsStr>) -> GivenSettings {
@@ -49,7 +68,6 @@ mod tests {
     use crate::{args::RenderArgs, shot};
 
     fn resolved(words: &[&str]) -> Shot {
-        lanternfish_papers::register();
         let command = RenderArgs::augment_args(Command::new("render")).args_override_self(true);
         let matches = command.no_binary_name(true).try_get_matches_from(words).unwrap();
         shot::resolve(&RenderArgs::from_arg_matches(&matches).unwrap().scene, &matches).unwrap()
@@ -58,7 +76,6 @@ mod tests {
     /// The flag gives the library's settings, whatever the preset of quality is.
     #[test]
     fn a_paper_is_the_same_by_flag_and_in_the_library() {
-        lanternfish_papers::register();
         for paper in Paper::all() {
             for quality in ["draft", "best"] {
                 let settings = resolved(&["demo:cornell", "--as", paper.name(), "--quality", quality]).args.settings();

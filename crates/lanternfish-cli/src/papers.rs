@@ -13,7 +13,6 @@ use std::{
 use clap::{Arg, ArgMatches, Args};
 use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, read_exr, write_png};
-use lanternfish_papers::Paper;
 use lanternfish_scene::Named as _;
 use serde::Deserialize;
 
@@ -23,6 +22,7 @@ use crate::{
     error::CliError,
     images::{energy_of, shown},
     output,
+    paper::Paper,
     plot::escaped,
     program,
     progress::Progress,

@@ -45,7 +45,6 @@ pub fn again() -> Result<Command, CliError> {
 /// Call it first in `main`, before any other thread starts.
 pub fn run<P: Parser>(work: impl FnOnce(P, &ArgMatches) -> u8) -> u8 {
     error::install_panic_message();
-    lanternfish_papers::register();
     quieten_mesa();
     if let Err(error) = signals::listen() {
         error::say(&CliError::new(format_args!("cannot listen to signals: {error}"), ""));

@@ -16,14 +16,12 @@
 //! ```
 //!
 //! `flags` are the given flags of `render`, except those of the camera. A step is the list of its camera moves; a number in
-//! place of a
-//! step repeats the previous step that many times. A camera is its projection and the columns of its world-from-camera matrix.
+//! place of a step repeats the previous step that many times. A camera is its projection and the columns of its world-from-camera matrix.
 
 use std::{fmt::Write as _, path::Path};
 
 use glam::Affine3A;
-use lanternfish_scene::{Camera, Projection};
-use lanternfish_viewer::{Move, Recording, Way};
+use lanternfish_scene::{Camera, Move, Projection, Recording, Way};
 use toml::{
     Spanned,
     de::{DeTable, DeValue},

@@ -7,7 +7,6 @@ use lanternfish::{
     settings::{Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
-use lanternfish_papers::Deep;
 use serde_json::json;
 
 pub use crate::table::grouped;
@@ -104,7 +103,7 @@ fn passes(cost: &Report) -> Vec<Row> {
 
 /// Settings by flag name: those of deep images only if something traces them.
 pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
-    let has_structure = settings.occlusion.is::<Deep>()
+    let has_structure = settings.get("occlusion-images").is_some()
         || settings.indirect.is_some()
         || matches!(settings.shadows.technique, Shadows::Traced(tracer) if !tracer.is_exact());
     let shown = Settings::parameters().into_iter().filter(|entry| has_structure || entry.kind != "structure");

@@ -6,12 +6,16 @@ use lanternfish_scene::printable;
 
 use crate::{
     cli::{self, Cli, Command},
-    program,
+    paper, program,
 };
+
+/// Makes the techniques of the papers known, for tests that list techniques before they parse a command line.
+pub fn know_papers() {
+    paper::register();
+}
 
 /// The command of a command line, without the program's name.
 pub fn parsed(words: &str) -> Result<Command, clap::Error> {
-    lanternfish_papers::register();
     Ok(program::parse::<Cli>(words.split_whitespace().map(Into::into).collect())?.0.command)
 }
 
@@ -58,7 +62,6 @@ impl Place {
 
     /// Runs a command line and returns its exit code, or what the program prints where it fails. `''` is an empty word.
     pub fn run(&self, words: &str) -> Result<u8, String> {
-        lanternfish_papers::register();
         let folder = format!("{}/", self.0.path().display());
         let words = words.split_whitespace().map(|word| word.replace("''", "").replace('%', &folder).into());
         let (cli, matches) = program::parse(words.collect()).map_err(|error| error.to_string())?;

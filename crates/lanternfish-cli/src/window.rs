@@ -8,7 +8,8 @@ use std::{
 
 use lanternfish::settings::Exposure;
 use lanternfish_metrics::{ColorType, write_png};
-use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
+use lanternfish_scene::RecordKeeper;
+use lanternfish_viewer::{Form, Opened, Shown, Start, ViewerError, Written};
 
 use crate::{
     args::view::OnlyWindowArgs,
@@ -175,7 +176,7 @@ fn keep(pixels: &[u8], [width, height]: [u32; 2]) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_viewer::Moment;
+    use lanternfish_scene::motion::Moment;
 
     use super::*;
 

@@ -15,6 +15,7 @@ pub mod rig;
 pub mod shading;
 
 mod camera;
+mod controls;
 mod emission;
 mod environment;
 mod error;
@@ -40,6 +41,9 @@ pub use serde as __serde;
 #[doc(hidden)]
 pub use camera::near_plane;
 pub use camera::{Camera, Projection};
+#[doc(hidden)]
+pub use controls::{Controls, Recorder};
+pub use controls::{Move, RecordKeeper, Recording, Way};
 #[doc(hidden)]
 pub use emission::mean_emission;
 pub use environment::Environment;

@@ -3,68 +3,42 @@
 //!
 //! ```text
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ viewport.rs ─▶ a texture ─▶ window.rs
-//!  winit, egui   egui       controls.rs                       Renderer::record
+//!  winit, egui   egui       Controls                          Renderer::record
 //! ```
-//!
-//! Without the feature `window`, which is on by default, the crate has recordings of cameras alone, and [`run`] returns
-//! an error.
 
 #[cfg(test)]
 #[macro_use]
 extern crate lanternfish_gpu_test;
 
-#[cfg(feature = "window")]
 mod background;
-#[cfg(feature = "window")]
-#[cfg(feature = "window")]
 mod clusters;
-#[cfg(feature = "window")]
 mod comparison;
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "windows use the rest"))]
-mod controls;
-#[cfg(feature = "window")]
 mod difference;
 mod error;
-#[cfg(feature = "window")]
 mod overlay;
-#[cfg(feature = "window")]
 mod panels;
-#[cfg(feature = "window")]
 mod player;
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "windows use the rest"))]
-mod record;
-#[cfg(feature = "window")]
 mod repaint_limiter;
-#[cfg(feature = "window")]
 mod slice_scheduler;
-#[cfg(feature = "window")]
 mod source_tree;
-#[cfg(feature = "window")]
 mod stereo;
-#[cfg(feature = "window")]
 mod surface;
-#[cfg(feature = "window")]
+#[cfg(test)]
+mod testing;
 mod texture;
-#[cfg(feature = "window")]
 mod viewport;
-#[cfg(feature = "window")]
 mod window;
-#[cfg(feature = "window")]
 mod window_state;
-#[cfg(feature = "window")]
 mod wipe;
 
 use std::path::{Path, PathBuf};
 
 use lanternfish::{Settings, settings::Exposure};
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
+use lanternfish_scene::{Camera, Eyes, RecordKeeper, Scene, generate::Rain, motion::Moment};
 
-#[doc(hidden)]
-pub use controls::Controls;
-pub use controls::Way;
 pub use error::ViewerError;
-pub use record::{Move, RecordKeeper, Recording};
+pub use window::run;
 
 /// Opens a file. The error is a message for the user.
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
@@ -91,15 +65,6 @@ pub struct Shown<'a> {
     pub size: [u32; 2],
     /// The animation time; `None` if nothing was played.
     pub moment: Option<Moment>,
-}
-
-/// A point in time of the animation and light rain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment {
-    /// Index of the animation. `None` leaves everything except light rain as the file has it.
-    pub animation: Option<usize>,
-    /// Time, s.
-    pub time: f32,
 }
 
 /// The form in which the current view is written.
@@ -177,15 +142,4 @@ pub struct Opened {
     pub moment: Option<Moment>,
     /// Light rain: lights that fall over time. The scene holds their state at 0 s.
     pub rain: Option<Rain>,
-}
-
-/// Opens the window, and returns when it is closed.
-pub fn run(start: Start) -> Result<(), ViewerError> {
-    #[cfg(feature = "window")]
-    return window::run(start);
-    #[cfg(not(feature = "window"))]
-    {
-        drop(start);
-        Err(ViewerError::Display("the program was built without windows".to_owned()))
-    }
 }

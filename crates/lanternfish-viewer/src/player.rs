@@ -1,8 +1,11 @@
 //! Playback of animations and light rain: the time that is shown.
 
-use lanternfish_scene::{Scene, motion::Animation};
+use lanternfish_scene::{
+    Scene,
+    motion::{Animation, Moment},
+};
 
-use crate::{Moment, panels::Clip};
+use crate::panels::Clip;
 
 /// Range of the time slider for light rain without an animation, s.
 const RAIN_DURATION: f32 = 60.0;

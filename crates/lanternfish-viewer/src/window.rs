@@ -14,22 +14,20 @@ use std::{
 use glam::UVec2;
 use lanternfish::{RenderError, ResolutionScaling};
 use lanternfish_gpu::Gpu;
-use lanternfish_scene::generate::Rain;
+use lanternfish_scene::{Controls, Recorder, generate::Rain, motion::Moment};
 use winit::{
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
     window::Window,
 };
 
 use crate::{
-    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer,
+    Keeper, Opened, Opener, Start, ViewerError, Writer,
     background::ProbeResult,
     clusters,
     comparison::Comparison,
-    controls::Controls,
     overlay::Overlays,
     panels::{Listing, Memory, State},
     player,
-    record::Recorder,
     repaint_limiter::RepaintLimiter,
     slice_scheduler::SliceScheduler,
     source_tree::{self, SourceTree},

@@ -21,7 +21,7 @@ pub use {source::settings, still::render, viewer::Viewer};
 #[wasm_bindgen(start)]
 pub fn start() {
     console_error_panic_hook::set_once();
-    lanternfish_papers::register();
+    lanternfish_cli::paper::register();
 }
 
 /// An error for JavaScript.

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use js_sys::{Array, Object, Uint8Array};
 use lanternfish::settings::{AnyParameter, Preset, Settings};
 use lanternfish_cli::{
+    paper::Paper,
     scene::SceneName,
     shot::{self, Shot},
 };
-use lanternfish_papers::Paper;
 use lanternfish_scene::{Named as _, generate::DEMOS, hold_files};
 use wasm_bindgen::{JsCast as _, prelude::*};
 

@@ -4,8 +4,7 @@ use js_sys::{Date, Function, Object};
 use lanternfish::ResolutionScaling;
 use lanternfish_cli::opened::in_window;
 use lanternfish_cli::shot::shown;
-use lanternfish_scene::Camera;
-use lanternfish_viewer::{Controls, Moment, Way};
+use lanternfish_scene::{Camera, Controls, Way, motion::Moment};
 use wasm_bindgen::prelude::*;
 use web_sys::{ImageData, OffscreenCanvas};
 

@@ -168,6 +168,7 @@ enum Bench {
 }
 
 fn main() -> ExitCode {
+    lanternfish_papers::register();
     ExitCode::from(program::run(|cli: Cli, _| {
         cli.trust.obey();
         program::told(run(&cli.bench).map(|()| 0))

@@ -1,12 +1,15 @@
 //! `lanternfish-bench page`: the page of a stored report.
 
-use std::{fmt::Write as _, fs, path::PathBuf};
+use std::{fs, path::PathBuf};
 
 use clap::Args;
 use lanternfish_cli::{error::CliError, output::print, report::grouped};
 use serde_json::{Map, Value};
 
-use crate::table::{DASH, Row, to_markdown};
+use crate::{
+    document::Document,
+    table::{DASH, Row},
+};
 
 /// Flags of `page`.
 #[derive(Debug, Args)]
@@ -26,14 +29,14 @@ pub fn run(args: &PageArgs) -> Result<(), CliError> {
 
 /// A report as Markdown: its facts, and each list as a table or as lines. Columns have the keys of the report.
 fn page(report: &Map<String, Value>) -> String {
-    let mut page = format!("# {}\n\n", report.get("title").and_then(Value::as_str).unwrap_or("Report"));
+    let title = report.get("title").and_then(Value::as_str).unwrap_or("Report");
+    let mut page = Document::titled(title, Row::default());
     let is_list = |value: &Value| value.is_array() || value.is_object();
-    for (key, value) in report.iter().filter(|(key, value)| *key != "title" && !is_list(value)) {
-        let _ = writeln!(page, "- {key}: {}", shown(value));
-    }
+    let facts = report.iter().filter(|(key, value)| *key != "title" && !is_list(value));
+    page.list(facts.map(|(key, value)| format!("{key}: {}", shown(value))));
     for (key, value) in report.iter().filter(|(_, value)| is_list(value)) {
+        page.heading(key);
         let rows = value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
-        let _ = writeln!(page, "\n## {key}\n");
         let rows: Vec<Vec<(String, String)>> = rows.iter().map(|row| cells("", row)).collect();
         let mut keys: Vec<&str> = Vec::new();
         for (key, _) in rows.iter().flatten() {
@@ -42,16 +45,15 @@ fn page(report: &Map<String, Value>) -> String {
             }
         }
         if keys.iter().all(|key| key.is_empty()) {
-            page.extend(rows.iter().flatten().map(|(_, value)| format!("- {value}\n")));
+            page.list(rows.into_iter().flatten().map(|(_, value)| value));
             continue;
         }
-        let row = |cells: &Vec<(String, String)>| {
+        page.show(rows.iter().map(|cells| {
             let cell = |key: &str| cells.iter().find(|(known, _)| known == key).map_or(DASH, |(_, value)| value);
             keys.iter().fold(Row::default(), |row, key| row.text("", key, cell(key)))
-        };
-        page += &to_markdown(&rows.iter().map(row).collect::<Vec<_>>());
+        }));
     }
-    page
+    page.to_markdown()
 }
 
 /// The figures of a row by their keys. Those of an object in it have its key before theirs.

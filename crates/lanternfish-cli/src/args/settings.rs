@@ -7,7 +7,7 @@ use lanternfish::{
 };
 use lanternfish_scene::Value;
 
-use crate::{choices::names, flags::as_flags};
+use crate::{choices::names, flags::as_flags, paper};
 
 /// Names before version 0.2, kept as hidden aliases: old name, new name.
 const RENAMED: [(&str, &str); 1] = [("cache-cells", "cache-entries")];
@@ -52,8 +52,10 @@ pub type TechniqueArgs = SettingFlags<2>;
 /// Flags of indirect light and ambient visibility.
 pub type IndirectArgs = SettingFlags<3>;
 
-/// The settings of a table, in the order of help.
+/// The settings of a table, in the order of help. Every program makes its flags before it reads names or builds a
+/// renderer, so that the techniques of the papers are known from then on.
 fn parameters(table: usize) -> impl Iterator<Item = AnyParameter> {
+    paper::register();
     let all = Settings::parameters();
     let of = move |name: &&str| {
         let of: Vec<_> = all.iter().filter(|entry| entry.info.name == *name || entry.kind == *name).cloned().collect();
@@ -139,7 +141,6 @@ fn with_help(flag: Arg, text: &str) -> Arg {
 #[cfg(test)]
 #[test]
 fn every_setting_is_in_one_table() {
-    lanternfish_papers::register();
     let mut named: Vec<_> = (0..TABLES.len()).flat_map(parameters).map(|entry| entry.info.name).collect();
     let mut all: Vec<_> = Settings::parameters().iter().map(|entry| entry.info.name).collect();
     named.sort();
@@ -161,7 +162,7 @@ fn techniques_agree_on_shared_parameters() {
         let parameters = all.iter().filter_map(Choice::technique).flat_map(AnyTechnique::parameters);
         parameters.map(|(info, _)| info).collect()
     }
-    lanternfish_papers::register();
+    crate::testing::know_papers();
     for kind in [of(&Direct::all()), of(&Culling::all()), of(&Indirect::all()), of(&Occlusion::all())] {
         for (i, info) in kind.iter().enumerate() {
             for other in kind[i..].iter().filter(|other| other.name == info.name) {

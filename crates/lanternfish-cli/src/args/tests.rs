@@ -10,11 +10,11 @@ use lanternfish::{
         LightSamples, Probes, Sampled, SampledLights, TileSize, Tiled,
     },
 };
-use lanternfish_papers::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao};
 
 use super::*;
 use crate::{
     cli::{Cli, Command},
+    paper::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao},
     parse::LightSet,
     testing,
 };
@@ -53,7 +53,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 /// Written shots state them.
 #[test]
 fn defaults_in_help_are_those_of_every_preset() {
-    lanternfish_papers::register();
+    testing::know_papers();
     let mut stated = GivenSettings::default();
     for entry in Settings::parameters().into_iter().filter(|entry| entry.info.shows_default) {
         stated.give(entry.info.name, entry.value);

@@ -106,19 +106,10 @@ impl Variance {
             (false, Some(_)) => Self { source: path.display().to_string(), image: read_exr(path).map_err(failed)? },
             (false, None) => return Ok(None),
         };
-        let (size, expected) = ((variance.image.width, variance.image.height), (image.width, image.height));
+        let [size, expected] = [&variance.image, image].map(|image| format!("{}×{}", image.width, image.height));
         if size != expected {
-            return Err(CliError::new(
-                format_args!(
-                    "{}: variances of {}×{} pixels for an image of {}×{}",
-                    path.display(),
-                    size.0,
-                    size.1,
-                    expected.0,
-                    expected.1
-                ),
-                "name the variances of this image",
-            ));
+            let what = format!("{}: variances of {size} pixels for an image of {expected}", path.display());
+            return Err(CliError::new(what, "name the variances of this image"));
         }
         Ok(Some(variance))
     }

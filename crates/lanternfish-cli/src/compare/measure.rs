@@ -38,7 +38,7 @@ impl Measures {
         let ldr = shown.flip_ldr(args.pixels_per_degree).map_err(failed)?;
         let flip_ldr = shown.spread_of(&ldr);
         let (map, hdr) = if is_linear {
-            let tone_mapper = args.flip_tone_map.map_or_else(FlipToneMapper::default, Into::into);
+            let tone_mapper = args.flip_tone_map.unwrap_or_default();
             let looks = HdrFlip { pixels_per_degree: args.pixels_per_degree, tone_mapper, exposures: None };
             let hdr = pair.flip_hdr(&looks).map_err(failed)?;
             (hdr.map, Some((tone_mapper, hdr.exposures)))

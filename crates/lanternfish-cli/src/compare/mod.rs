@@ -9,11 +9,12 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{Args, builder::TypedValueParser};
 use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 
 use self::{input::Inputs, measure::Measures};
 use crate::{
+    choices::names,
     ending::has_ending,
     error::{self, CliError},
     output::{check_writable, print, same_file, write_text},
@@ -51,8 +52,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     pub exposure: Option<f32>,
     /// Tone mapper of HDR-FLIP: aces without it.
-    #[arg(long, value_name = "NAME", value_enum)]
-    pub flip_tone_map: Option<ToneMapName>,
+    #[arg(long, value_name = "NAME", value_parser = tone_mapper())]
+    pub flip_tone_map: Option<FlipToneMapper>,
     /// Pixels per degree of visual angle, for FLIP. Higher: a larger viewing distance, and smaller errors.
     #[arg(long, value_name = "X", value_parser = pixels_per_degree, default_value_t = PIXELS_PER_DEGREE)]
     #[arg(allow_hyphen_values = true)]
@@ -86,24 +87,14 @@ pub struct CompareArgs {
 }
 
 /// The tone mappers in the reference implementation of HDR-FLIP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ToneMapName {
-    /// The fit of the ACES curve by Narkowicz: the authors' default
-    Aces,
-    /// The film curve by Hable
-    Hable,
-    /// x / (1 + x) of the luminance
-    Reinhard,
-}
-
-impl From<ToneMapName> for FlipToneMapper {
-    fn from(name: ToneMapName) -> Self {
-        match name {
-            ToneMapName::Aces => Self::Aces,
-            ToneMapName::Hable => Self::Hable,
-            ToneMapName::Reinhard => Self::Reinhard,
-        }
-    }
+fn tone_mapper() -> impl TypedValueParser<Value = FlipToneMapper> {
+    let known = [
+        ("aces", "The fit of the ACES curve by Narkowicz: the authors' default"),
+        ("hable", "The film curve by Hable"),
+        ("reinhard", "x / (1 + x) of the luminance"),
+    ];
+    let of_name = |name: String| FlipToneMapper::ALL.into_iter().find(|mapper| mapper.name() == name);
+    names(known).map(move |name| of_name(name).expect("clap lets only known names through"))
 }
 
 fn limit(text: &str) -> Result<f64, String> {
@@ -142,19 +133,15 @@ pub fn run(args: &CompareArgs) -> Result<u8, CliError> {
 
 /// Checks everything that can be checked before a file is read.
 fn check(args: &CompareArgs) -> Result<(), CliError> {
-    for (flag, path) in [("--map", &args.map), ("--side-by-side", &args.side_by_side)] {
-        if let Some(path) = path.as_deref().filter(|path| !has_ending(path, "png")) {
-            return Err(CliError::new(
-                format_args!("{flag} {}: unsupported output format", path.display()),
-                "end the name with .png",
-            ));
-        }
-    }
     let json = args.json.as_ref().filter(|path| *path != Path::new("-"));
     let outputs = [("--map", args.map.as_ref()), ("--side-by-side", args.side_by_side.as_ref()), ("--json", json)];
     let outputs: Vec<(&str, &PathBuf)> = outputs.into_iter().filter_map(|(flag, path)| Some((flag, path?))).collect();
     let inputs = [Some(&args.image), Some(&args.reference), args.variance_a.as_ref(), args.variance_b.as_ref()];
     for (i, (flag, path)) in outputs.iter().enumerate() {
+        if *flag != "--json" && !has_ending(path, "png") {
+            let what = format_args!("{flag} {}: unsupported output format", path.display());
+            return Err(CliError::new(what, "end the name with .png"));
+        }
         check_writable(path)?;
         let others = inputs.iter().flatten().copied().chain(outputs[..i].iter().map(|(_, other)| *other));
         if others.into_iter().any(|other| same_file(path, other)) {

@@ -5,7 +5,6 @@ use lanternfish::{
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
     techniques::{Bounces, Sampled, SampledLights},
 };
-use lanternfish_papers::Deep;
 
 use super::{
     measure::{Kind, Limits, Reference},
@@ -27,7 +26,7 @@ pub struct Plan {
 impl Plan {
     /// True if its group, name or scene contains the text.
     pub fn matches(&self, text: &str) -> bool {
-        [self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
+        [&*self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
     }
 
     /// Its row before it runs: failed.
@@ -109,7 +108,7 @@ pub fn plans() -> Vec<Plan> {
     add(Group::DirectLight, "100 lights, sampled", Name::Atrium, false, against(Reference::Direct, sampled, limits));
     for occlusion in Occlusion::all() {
         let settings = direct().with_occlusion(occlusion.clone());
-        let is_unbounded = occlusion == Occlusion::from(Deep::default());
+        let is_unbounded = occlusion.technique().is_some_and(|technique| technique.max_distance().is_none());
         let (reference, limits) = match is_unbounded {
             true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
             false => (Reference::Obscurance, Limits::new(0.13, 0.1, 0.01)),
@@ -154,9 +153,11 @@ pub fn plans() -> Vec<Plan> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing;
 
     #[test]
     fn every_technique_and_tracer_is_checked() {
+        testing::know_papers();
         let plans = plans();
         let has = |group: Group, name: &str| plans.iter().any(|plan| plan.group == group && plan.name == name);
         for tracer in &Tracer::all() {

@@ -1,11 +1,10 @@
 //! Adapters of this machine, and what each can run.
 
 use lanternfish::{
-    RenderError, Renderer, Settings,
+    Renderer, Settings,
     settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
-use lanternfish_papers::DeepImageSettings;
 
 use super::report::{Adapter, Technique};
 use crate::flags::as_flags;
@@ -42,29 +41,18 @@ pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) 
 /// The techniques and tracers that the engine's device can run. Each is built to find out.
 pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let direct = Settings::direct_light;
-    let mut requested: Vec<(String, Settings)> = Vec::new();
-    let culling = Culling::all().into_iter();
-    requested.extend(culling.map(|culling| (format!("culling {}", culling.name()), direct().with_culling(culling))));
-    let lights = Direct::all().into_iter();
-    requested.extend(lights.map(|lights| (format!("direct {}", lights.name()), direct().with_direct(lights))));
-    requested.extend(
-        Tracer::all()
-            .into_iter()
-            .map(|tracer| (format!("shadows {tracer}"), direct().with_shadows(Shadows::Traced(tracer)))),
-    );
-    let occlusion = Occlusion::all().into_iter();
-    requested.extend(
-        occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), direct().with_occlusion(occlusion))),
-    );
-    let deep_images = DeepImageSettings::default();
-    let indirect = Indirect::all().into_iter();
-    requested.extend(indirect.map(|indirect| {
-        (format!("indirect {}", indirect.name()), direct().with_indirect(indirect).with_structure(deep_images))
-    }));
+    let culling = |of: Culling| (format!("culling {}", of.name()), direct().with_culling(of));
+    let lights = |of: Direct| (format!("direct {}", of.name()), direct().with_direct(of));
+    let shadows = |of: Tracer| (format!("shadows {of}"), direct().with_shadows(Shadows::Traced(of)));
+    let occlusion = |of: Occlusion| (format!("occlusion {}", of.name()), direct().with_occlusion(of));
+    let indirect = |of: Indirect| (format!("indirect {}", of.name()), direct().with_indirect(of));
+    let requested = Culling::all().into_iter().map(culling).chain(Direct::all().into_iter().map(lights));
+    let requested = requested.chain(Tracer::all().into_iter().map(shadows));
+    let requested = requested.chain(Occlusion::all().into_iter().map(occlusion));
+    let requested = requested.chain(Indirect::all().into_iter().map(indirect));
     let built = |(name, settings): (String, Settings)| {
-        let reason =
-            Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));
+        let reason = Renderer::with_engine(engine, settings).err().map(|error| as_flags(&error.to_string()));
         Technique { name, reason }
     };
-    requested.into_iter().map(built).collect()
+    requested.map(built).collect()
 }

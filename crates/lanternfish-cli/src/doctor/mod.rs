@@ -298,15 +298,9 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
         command: command(args),
         system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         threads: std::thread::available_parallelism().map_or(1, usize::from),
-        complete: false,
-        doing: None,
-        begun: 0,
-        seconds: 0.0,
         adapters: adapters.collect(),
         chosen,
-        checks: Vec::new(),
-        rates: Vec::new(),
-        not_timed: Vec::new(),
+        ..Report::default()
     }
 }
 

@@ -1,18 +1,17 @@
 //! Rays per second of every tracer, in the built-in atrium.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use lanternfish::{
     GpuScene, Renderer, Settings,
     rays::{RayTracer, Structure, TracedRay, TracedStructure},
     settings::{Shadows, Tracer},
 };
-use lanternfish_gpu::{Frame, Profiler, faulty_software, read_back};
-use lanternfish_papers::{
-    DeepImageSettings,
-    deep_images::{DeepImageBuilder, DeepImages},
-};
+use lanternfish_gpu::{Frame, Profiler, faulty_software};
 use lanternfish_reference::Random;
 use lanternfish_scene::{Camera, Scene, generate::demo};
 
@@ -27,14 +26,12 @@ const RAYS_ON_SOFTWARE: u32 = 1 << 16;
 const RUNS: u32 = 7;
 const TIME: Duration = Duration::from_secs(2);
 
-/// Texels across each deep image.
-const RESOLUTION: u32 = 64;
+/// Least distance of a hit of random rays, fraction of the scene's size: three quarters of a texel of deep images.
+const OFFSET: f32 = 0.75 / 64.0;
 
-/// The timed tracers. Tracers of deep images, which have to be built, are left out of a quick run.
+/// The timed tracers. Those through a structure, which has to be built, are left out of a quick run.
 pub fn tracers(is_quick: bool) -> Vec<Tracer> {
-    let has_images = |tracer: &Tracer| tracer.structure(&Structure::NONE).is::<DeepImageSettings>();
-    let is_timed = |tracer: &Tracer| tracer.is_exact() || (!is_quick && has_images(tracer));
-    Tracer::all().into_iter().filter(is_timed).collect()
+    Tracer::all().into_iter().filter(|tracer| tracer.is_exact() || !is_quick).collect()
 }
 
 /// Rays per second of a tracer, by order of the rays. None if the device does not support it. The time is that of the
@@ -49,8 +46,8 @@ pub fn trace(bench: &Bench, through: Tracer) -> Result<Vec<Rate>, CliError> {
     let settings = Settings::direct_light().with_shadows(shadows);
     let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(&scene)?;
     let mut profiler = Profiler::new(device, queue);
-    let images = (!through.is_exact()).then(|| built(bench, &mut profiler, &uploaded)).transpose()?;
-    let structure = images.as_ref().map(|images| images as &dyn TracedStructure);
+    let built = built(bench, &mut profiler, &uploaded, &through.structure(&Structure::NONE))?;
+    let structure = built.as_deref();
     let tracer = RayTracer::of(device, &[through])?;
     let count = match bench.gpu.description.kind == wgpu::DeviceType::Cpu {
         // A software adapter's own acceleration structure is slow.
@@ -65,7 +62,6 @@ pub fn trace(bench: &Bench, through: Tracer) -> Result<Vec<Rate>, CliError> {
             tracer.record(&mut frame, &uploaded, through, structure, &list, count)?;
             let started = Instant::now();
             frame.submit();
-            let lost = |error| CliError::new(format_args!("the device does not respond: {error}"), "");
             device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
             let host_ms = 1e3 * started.elapsed().as_secs_f64();
             // Mesa 22.3 has timestamps a thousand times too short.
@@ -78,23 +74,22 @@ pub fn trace(bench: &Bench, through: Tracer) -> Result<Vec<Rate>, CliError> {
         let mrays_per_second = Timed::within(RUNS, TIME, run)?;
         Ok::<_, CliError>(Rate { name: format!("{through}, {order} rays"), mrays_per_second })
     };
-    lists(&scene, &scene.default_camera(1.0), images.as_ref(), count).into_iter().map(rate).collect()
+    lists(&scene, &scene.default_camera(1.0), structure, count).into_iter().map(rate).collect()
 }
 
 /// Coherent rays from the camera through neighbouring pixels, and random rays from all over the scene.
 fn lists(
     scene: &Scene,
     camera: &Camera,
-    images: Option<&DeepImages>,
+    structure: Option<&dyn TracedStructure>,
     count: u32,
 ) -> [(&'static str, Vec<TracedRay>); 2] {
     let bounds = scene.bounds();
-    let ray = |origin, direction, offset| match images {
-        Some(images) => images.ray(origin, direction, offset),
+    let ray = |origin, direction, offset| match structure {
+        Some(structure) => structure.ray(origin, direction, offset),
         None => TracedRay { origin, direction, offset, ..TracedRay::default() },
     };
-    // Three quarters of a texel.
-    let offset = 0.75 * bounds.size().length() / RESOLUTION as f32;
+    let offset = OFFSET * bounds.size().length();
     let width = f64::from(count).sqrt() as u32;
     let through = |i: u32| {
         // Squares of 8 x 8 pixels, like the workgroups of a frame.
@@ -114,16 +109,25 @@ fn lists(
     [("coherent", (0..count).map(through).collect()), ("random", (0..count).map(anywhere).collect())]
 }
 
-/// Builds deep images with the default directions and waits for them.
-fn built(bench: &Bench, profiler: &mut Profiler, scene: &GpuScene) -> Result<DeepImages, CliError> {
+/// Builds a structure, if it is one, and waits for it.
+fn built(
+    bench: &Bench,
+    profiler: &mut Profiler,
+    scene: &GpuScene,
+    structure: &Structure,
+) -> Result<Option<Arc<dyn TracedStructure>>, CliError> {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-    let settings = DeepImageSettings { resolution: RESOLUTION, ..DeepImageSettings::default() };
-    let mut builder = DeepImageBuilder::new(device, settings)?;
+    let Some(structure) = structure.technique() else { return Ok(None) };
+    let mut kept = structure.build(device)?;
     let mut frame = Frame::new(device, queue, profiler);
-    let images = builder.record(&mut frame, scene);
+    let built = kept.get(&mut frame, scene, Quat::IDENTITY);
     frame.submit();
-    let images = images?;
-    read_back::<u32>(device, queue, &images.chunks[0].list_starts, 1)?;
+    let built = built?;
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
     profiler.finished();
-    Ok(images)
+    Ok(Some(built))
+}
+
+fn lost(error: wgpu::PollError) -> CliError {
+    CliError::new(format_args!("the device does not respond: {error}"), "")
 }

@@ -10,7 +10,7 @@ use crate::timed::Timed;
 pub const FORMAT: u32 = 2;
 
 /// The complete report. It names hardware, driver and system, but neither the user nor the host name.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Report {
     pub format: u32,
     /// Version of this program.
@@ -39,7 +39,7 @@ pub struct Report {
 }
 
 /// An adapter of the machine.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Adapter {
     pub name: String,
     /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
@@ -86,19 +86,10 @@ pub enum Group {
 }
 
 impl Group {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Primitives => "primitives",
-            Self::Materials => "materials",
-            Self::LightCulling => "light culling",
-            Self::Shadows => "shadows",
-            Self::DirectLight => "direct light",
-            Self::Occlusion => "occlusion",
-            Self::Environment => "environment",
-            Self::IndirectLight => "indirect light",
-            Self::Updates => "updates",
-            Self::Reproducibility => "reproducibility",
-        }
+    /// Its name in tables: that of the JSON, in words.
+    pub fn name(self) -> String {
+        let name = serde_json::to_value(self).expect("a name");
+        name.as_str().unwrap_or_default().replace('-', " ")
     }
 }
 
@@ -180,11 +171,10 @@ impl Report {
             if let Some(faults) = &adapter.faults {
                 line(&mut text, "  KNOWN FAULTS", faults);
             }
-            let has: Vec<_> = adapter.features.iter().filter(|(_, has)| *has).map(|(name, _)| name.as_str()).collect();
-            let lacks: Vec<_> =
-                adapter.features.iter().filter(|(_, has)| !*has).map(|(name, _)| name.as_str()).collect();
-            line(&mut text, "  has", listed(&has));
-            line(&mut text, "  lacks", listed(&lacks));
+            for (name, wanted) in [("  has", true), ("  lacks", false)] {
+                let features = adapter.features.iter().filter(|(_, has)| *has == wanted);
+                line(&mut text, name, listed(features.map(|(name, _)| name.as_str())));
+            }
             for (name, value) in &adapter.limits {
                 line(&mut text, &format!("  {name}"), value);
             }
@@ -192,33 +182,42 @@ impl Report {
                 line(&mut text, "  vertex grid", format_args!("{bits} bits: {} points a pixel", 1u64 << bits));
             }
             line(&mut text, "  tracer auto", &adapter.automatic_tracer);
-            let (can, cannot): (Vec<_>, Vec<_>) = adapter.techniques.iter().partition(|t| t.reason.is_none());
-            line(&mut text, "  can run", listed(&can.iter().map(|t| t.name.as_str()).collect::<Vec<_>>()));
-            for technique in cannot {
-                let reason = technique.reason.as_deref().unwrap_or_default();
-                line(&mut text, "  cannot run", format_args!("{}: {reason}", technique.name));
+            let can = adapter.techniques.iter().filter(|technique| technique.reason.is_none());
+            line(&mut text, "  can run", listed(can.map(|technique| technique.name.as_str())));
+            for Technique { name, reason } in &adapter.techniques {
+                reason.iter().for_each(|reason| line(&mut text, "  cannot run", format_args!("{name}: {reason}")));
             }
         }
         if !self.checks.is_empty() {
             text += "\nCorrectness: images compared with a path tracer on the CPU, unless stated otherwise.\n";
-            self.write_checks(&mut text);
+            for check in &self.checks {
+                let verdict = match check.verdict {
+                    Verdict::Passed => "ok",
+                    Verdict::Failed => "FAILED",
+                    Verdict::LeftOut => "left out",
+                };
+                let figures = || check.figures.iter().map(figure).collect::<Vec<_>>().join(", ");
+                let (what, group) = (check.reason.clone().unwrap_or_else(figures), check.group.name());
+                let _ = writeln!(text, "  {verdict:<9}{group:<16}{:<26}{:<26}{what}", check.name, check.scene);
+            }
         }
         if !self.rates.is_empty() || !self.not_timed.is_empty() {
             text += "\nClosest hits in the atrium, million rays a second: median, least and most of the runs.\n";
-            self.write_rates(&mut text);
+            for Rate { name, mrays_per_second: rate } in &self.rates {
+                let (median, least, most, runs) = (rate.median(), rate.least(), rate.most(), rate.runs.len());
+                let _ = writeln!(text, "  {name:<32}{median:>10.3} ({least:.3} to {most:.3}, {runs} runs)");
+            }
+            for (what, why) in &self.not_timed {
+                let _ = writeln!(text, "  {what:<32}left out: {why}");
+            }
         }
-        let (failed, left_out) = (self.failures().count(), self.count(Verdict::LeftOut));
-        let passed = self.count(Verdict::Passed);
-        let _ =
-            writeln!(text, "\n{passed} checks passed, {failed} failed, {left_out} left out, in {:.0} s", self.seconds);
-        if let Some(first) = self.failures().next() {
-            let _ = writeln!(
-                text,
-                "first failure: {}, {} ({}). Later checks depend on earlier ones: begin there.",
-                first.group.name(),
-                first.name,
-                first.scene
-            );
+        let count = |verdict| self.checks.iter().filter(|check| check.verdict == verdict).count();
+        let [passed, failed, left_out] = [Verdict::Passed, Verdict::Failed, Verdict::LeftOut].map(count);
+        let counts = format!("{passed} checks passed, {failed} failed, {left_out} left out");
+        let _ = writeln!(text, "\n{counts}, in {:.0} s", self.seconds);
+        if let Some(Check { group, name, scene, .. }) = self.failures().next() {
+            let which = format!("{}, {name} ({scene})", group.name());
+            let _ = writeln!(text, "first failure: {which}. Later checks depend on earlier ones: begin there.");
         }
         if !self.complete {
             let doing = self.doing.as_deref().unwrap_or("nothing");
@@ -226,41 +225,14 @@ impl Report {
         }
         text
     }
-
-    fn count(&self, verdict: Verdict) -> usize {
-        self.checks.iter().filter(|check| check.verdict == verdict).count()
-    }
-
-    fn write_checks(&self, text: &mut String) {
-        for check in &self.checks {
-            let verdict = match check.verdict {
-                Verdict::Passed => "ok",
-                Verdict::Failed => "FAILED",
-                Verdict::LeftOut => "left out",
-            };
-            let figures: Vec<_> = check.figures.iter().map(figure).collect();
-            let what = check.reason.clone().unwrap_or_else(|| figures.join(", "));
-            let _ =
-                writeln!(text, "  {verdict:<9}{:<16}{:<26}{:<26}{what}", check.group.name(), check.name, check.scene);
-        }
-    }
-
-    fn write_rates(&self, text: &mut String) {
-        for Rate { name, mrays_per_second: rate } in &self.rates {
-            let (median, least, most, runs) = (rate.median(), rate.least(), rate.most(), rate.runs.len());
-            let _ = writeln!(text, "  {name:<32}{median:>10.3} ({least:.3} to {most:.3}, {runs} runs)");
-        }
-        for (what, why) in &self.not_timed {
-            let _ = writeln!(text, "  {what:<32}left out: {why}");
-        }
-    }
 }
 
 fn line(text: &mut String, name: &str, value: impl std::fmt::Display) {
     let _ = writeln!(text, "{name:<16}{value}");
 }
 
-fn listed(names: &[&str]) -> String {
+fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    let names: Vec<_> = names.collect();
     if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
 }
 

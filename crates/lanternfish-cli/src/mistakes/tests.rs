@@ -1,7 +1,33 @@
 //! Mistakes in command lines and files: each is one error that names the fault and its remedy, before any work, and no
 //! file is left. `tests/command_line/mistakes.rs` has what needs a process.
 
-use crate::testing::Place;
+use lanternfish::settings::{AnyParameter, Settings};
+
+use super::is_of_papers;
+use crate::testing::{self, Place};
+
+/// A program without the papers tells their names from those that nothing has.
+#[test]
+fn names_of_the_papers_are_known_without_them() {
+    // Registration is global: with a shared process other tests may come first.
+    if std::env::var_os("NEXTEST").is_none() {
+        return;
+    }
+    let names = || {
+        let is_choice = |entry: &AnyParameter| entry.info.name == entry.kind || entry.info.name == "shadows";
+        let values = |entry: &AnyParameter| if is_choice(entry) { entry.names() } else { Vec::new() };
+        let all = Settings::parameters();
+        let values = all.iter().flat_map(values).map(|(name, _)| name);
+        values.chain(all.iter().map(|entry| entry.info.name)).collect::<Vec<_>>()
+    };
+    let of_library = names();
+    testing::know_papers();
+    let all = names();
+    assert!(all.len() > of_library.len() + 30, "{} and {}", all.len(), of_library.len());
+    for name in all {
+        assert_eq!(is_of_papers(name), !of_library.contains(&name), "{name}");
+    }
+}
 
 #[test]
 fn scenes_that_cannot_be_read() {
@@ -353,7 +379,6 @@ fn shots() {
 }
 
 #[test]
-#[cfg(feature = "window")]
 fn windows_of_images_and_scenes() {
     Place::with(&[("a.png", "no image")]).refuses(&[
         ("view demo:cornell %a.png", "a.png | tip: `lanternfish compare A B --map difference.png`"),

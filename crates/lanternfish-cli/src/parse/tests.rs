@@ -1,9 +1,8 @@
 use lanternfish::techniques::ClusterShape;
 use lanternfish_scene::LightKind;
 
-use lanternfish_papers::deep_images::directions::DirectionSet;
-
 use super::*;
+use crate::paper::DirectionSet;
 
 /// Every word of `bad` is refused, with a reason that has this part.
 #[track_caller]

@@ -83,7 +83,6 @@ mod tests {
     /// The window's shot counts the lights of flags from the end of the list.
     #[test]
     fn the_sun_of_an_environment_precedes_the_lights_of_flags() {
-        lanternfish_papers::register();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sky.exr");
         let mut pixels = vec![[1.0; 3]; 256 * 128];

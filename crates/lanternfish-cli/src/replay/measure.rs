@@ -4,7 +4,7 @@
 //! back nothing [VanGelderen2020, §6.1.1]. A timed frame only reads a few words: the lengths of its lists, by which the
 //! renderer sets capacities.
 
-use std::{collections::BTreeMap, time::Instant};
+use std::time::Instant;
 
 use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
 use lanternfish_gpu::{Engine, Gpu, PassCommands};
@@ -75,6 +75,7 @@ impl<'a> Player<'a> {
     /// A report of the plan, before anything is counted or timed.
     pub fn report(&self, source: &str, scene: String, runs: usize, seed: u32) -> Report {
         let (plan, adapter) = (&self.plan, &self.gpu.description);
+        let settings = settings_by_name(&plan.settings, seed).into_iter();
         Report {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             source: source.to_owned(),
@@ -85,19 +86,10 @@ impl<'a> Player<'a> {
             height: plan.size.height,
             eyes: plan.eyes(),
             lights: plan.scene.lights.len(),
-            settings: settings_by_name(&plan.settings, seed)
-                .into_iter()
-                .map(|(name, value)| (name.to_owned(), value))
-                .collect(),
+            settings: settings.map(|(name, value)| (name.to_owned(), value)).collect(),
             runs,
             moments: plan.moments(),
-            passes: Vec::new(),
-            host: Vec::new(),
-            clocks: Vec::new(),
-            costs: Vec::new(),
-            memory: None,
-            estimates: BTreeMap::new(),
-            frames: Vec::new(),
+            ..Report::default()
         }
     }
 

@@ -4,43 +4,32 @@ use std::fmt::Write as _;
 
 use super::{category::Category, report::ALL_PASSES, report::Report, series::Estimate};
 use crate::{
+    document::Document,
     pass_costs::{columns, dispatches},
-    plot::{Area, Axis, Curve, curves, escaped, heat_map, stacked},
+    plot::{Area, Axis, Curve, curves, heat_map, stacked},
     report::grouped,
+    table::Row,
     timed::median_ranks,
     warm::NO_CLOCKS,
 };
 
-const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem;color:#222}\
-                     svg{max-width:100%;height:auto;display:block;margin:1.5rem 0}\
-                     table{border-collapse:collapse}td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}\
-                     td:first-child,th:first-child{text-align:left}pre{overflow-x:auto;background:#f4f4f4;padding:.6rem}";
-
 /// The page.
 pub(crate) fn html(report: &Report) -> String {
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Replay of {title}</title><style>{STYLE}</style></head>\
-         <body>\n<h1>Replay of {title}</h1>\n<p>{}</p>\n",
-        escaped(&conditions(report)),
-        title = escaped(&report.source),
+    let mut page = Document::titled(&format!("Replay of {}", report.source), Row::default());
+    page.paragraph(conditions(report));
+    page.heading("Times");
+    page.paragraph(times(report));
+    time_plots(report).into_iter().for_each(|plot| page.html(plot));
+    page.show(rows(report));
+    page.paragraph(extent(report));
+    page.heading("Counts");
+    page.paragraph("From one run that was not timed; they are exact.");
+    count_plots(report).into_iter().for_each(|plot| page.html(plot));
+    page.heading("Settings");
+    page.show(
+        report.settings.iter().map(|(name, value)| Row::default().text("", "name", name).text("", "value", value)),
     );
-    let mut add = |text: &str| writeln!(page, "{text}").expect("String");
-    add("<h2>Times</h2>");
-    add(&format!("<p>{}</p>", escaped(&times(report))));
-    for plot in time_plots(report) {
-        add(&plot);
-    }
-    add(&table(report));
-    add("<h2>Counts</h2>\n<p>From one run that was not timed; they are exact.</p>");
-    for plot in count_plots(report) {
-        add(&plot);
-    }
-    add("<h2>Settings</h2>\n<table>");
-    for (name, value) in &report.settings {
-        add(&format!("<tr><td>{}</td><td>{}</td></tr>", escaped(name), escaped(value)));
-    }
-    add("</table>\n</body></html>");
-    page
+    page.to_html()
 }
 
 /// A short summary for the terminal.
@@ -110,11 +99,11 @@ pub fn least_of(report: &Report, wanted: impl Fn(Category) -> bool) -> Option<Ve
 
 /// Areas of the selected categories that ran.
 pub fn areas(report: &Report, wanted: impl Fn(Category) -> bool) -> Vec<Area> {
-    let of = |(category, color): (Category, &'static str)| {
+    let of = |(category, name, color): (Category, &str, &'static str)| {
         let heights = least_of(report, |other| other == category)?;
-        Some(Area { name: category.name().to_owned(), color, heights })
+        Some(Area { name: name.to_owned(), color, heights })
     };
-    Category::OF_PASSES.into_iter().filter(|(category, _)| wanted(*category)).filter_map(of).collect()
+    Category::OF_PASSES.into_iter().filter(|(category, ..)| wanted(*category)).filter_map(of).collect()
 }
 
 fn time_plots(report: &Report) -> Vec<String> {
@@ -137,9 +126,7 @@ fn time_plots(report: &Report) -> Vec<String> {
 pub fn over_frames(title: &str, label: &str, of: Vec<(String, &'static str, Vec<f64>)>) -> String {
     let frames = of.iter().map(|(.., values)| values.len()).max().unwrap_or(0).saturating_sub(1).max(1) as f64;
     let high = of.iter().flat_map(|(.., values)| values).copied().fold(0.0, f64::max);
-    let mut x = Axis::linear("frame", frames);
-    x.ends[1] = frames;
-    x.ticks.retain(|(value, _)| *value <= frames);
+    let x = Axis::to("frame", frames);
     let curve = |(name, color, values): (String, &'static str, Vec<f64>)| Curve {
         name,
         color,
@@ -177,25 +164,23 @@ fn count_plots(report: &Report) -> Vec<String> {
 }
 
 /// The times, pass by pass.
-fn table(report: &Report) -> String {
-    let mut text = "<table><tr><th>pass</th><th>category</th><th>ms per frame</th><th>low to high</th>\
-                    <th>dispatches</th><th>rays</th><th>Mrays/s</th></tr>\n"
-        .to_owned();
+fn rows(report: &Report) -> Vec<Row> {
+    let row = |name: &str, category: &str, ms: f64, interval: String, [dispatched, rays, rate]: [String; 3]| {
+        let row = Row::default().text("", "pass", name).text("", "category", category).fixed("", "ms per frame", 3, ms);
+        row.shown("low to high", interval).shown("dispatches", dispatched).shown("rays", rays).shown("Mrays/s", rate)
+    };
     let all = report.all_passes();
-    for series in report.passes.iter().chain(&all).chain(&report.host) {
-        let Some(Estimate { ms, interval }) = report.estimates.get(&series.name) else { continue };
+    let series = report.passes.iter().chain(&all).chain(&report.host);
+    let of_series = series.filter_map(|series| {
+        let Estimate { ms, interval } = *report.estimates.get(&series.name)?;
         let interval = interval.map(|[low, high]| format!("{low:.3} to {high:.3}")).unwrap_or_default();
         let category = if series.name == ALL_PASSES { "" } else { series.category.name() };
-        let name = escaped(&series.name);
-        let [dispatched, rays, rate] = columns(report.costs.iter().find(|cost| cost.name == series.name), *ms);
-        let costs = format!("<td>{dispatched}</td><td>{rays}</td><td>{rate}</td>");
-        writeln!(text, "<tr><td>{name}</td><td>{category}</td><td>{ms:.3}</td><td>{interval}</td>{costs}</tr>")
-            .expect("String");
-    }
-    if let Some(idle) = report.idle_ms() {
-        writeln!(text, "<tr><td>idle: host/frame without passes</td><td></td><td>{idle:.3}</td></tr>").expect("String");
-    }
-    format!("{text}</table>\n<p>{}</p>", escaped(&extent(report)))
+        let cost = report.costs.iter().find(|cost| cost.name == series.name);
+        Some(row(&series.name, category, ms, interval, columns(cost, ms)))
+    });
+    let idle =
+        report.idle_ms().map(|ms| row("idle: host/frame without passes", "", ms, String::new(), columns(None, ms)));
+    of_series.chain(idle).collect()
 }
 
 #[cfg(test)]
@@ -213,7 +198,7 @@ mod tests {
         }
         assert!(page.contains("a&lt;b&gt;.toml") && !page.contains("NaN"));
         assert_eq!((page.matches("<svg").count(), page.matches("</svg>").count()), (8, 8));
-        let cost = "<td>3 (1 indirect)</td><td>2,000</td><td>";
+        let cost = "<td>3 (1 indirect)<td>2,000<td>";
         let memory = "3 (1 indirect) dispatches in the last frame; memory of frames 3 MiB, of the device 5 MiB; clocks run by run: 1980 MHz";
         for word in ["shading/forward", "Visible clusters", "Lighting operations", cost, memory] {
             assert!(page.contains(word), "{word}");

@@ -1,6 +1,6 @@
 //! The results of a replay in `report.json`: every sample of every run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::{counted::Counted, series::Estimate, series::Series};
 use crate::pass_costs::PassCost;
 
 /// The results of a replay.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Lanternfish's version.
     pub version: String,
@@ -110,25 +110,17 @@ impl Report {
 
     /// Counters as CSV: one line per frame, one column per counter; empty if a frame lacks the counter.
     pub fn counts_csv(&self) -> String {
-        let mut names: Vec<&str> =
+        let names: BTreeSet<&str> =
             self.frames.iter().flat_map(|frame| frame.counters.keys().map(String::as_str)).collect();
-        names.sort_unstable();
-        names.dedup();
         let of_clusters = "visible_clusters,fragments,lighting_operations";
         let mut text = format!("frame,seconds,image,{of_clusters}");
         names.iter().for_each(|name| text += &format!(",{name}"));
         for (index, (frame, moment)) in self.frames.iter().zip(&self.moments).enumerate() {
             text += &format!("\n{index},{moment},{}", frame.rendering);
-            text += &match &frame.clusters {
-                Some(clusters) => {
-                    format!(",{},{},{}", clusters.visible, clusters.fragments, clusters.lighting_operations)
-                }
-                None => ",,,".to_owned(),
-            };
-            for name in &names {
-                text.push(',');
-                text += &frame.counters.get(*name).map(u64::to_string).unwrap_or_default();
-            }
+            let of_clusters = frame.clusters.as_ref().map(|c| [c.visible, c.fragments, c.lighting_operations]);
+            let counts = of_clusters.map_or([None; 3], |counts| counts.map(Some));
+            let counts = counts.into_iter().chain(names.iter().map(|name| frame.counters.get(*name).copied()));
+            counts.for_each(|count| text += &count.map_or(",".to_owned(), |count| format!(",{count}")));
         }
         text + "\n"
     }
@@ -155,25 +147,16 @@ pub(super) mod tests {
             clusters: Some(clusters(i)),
         };
         let mut report = Report {
-            version: "1".to_owned(),
             source: "shot.toml".to_owned(),
-            scene: "demo:cornell".to_owned(),
-            adapter: "adapter".to_owned(),
-            driver: "driver".to_owned(),
-            width: 32,
-            height: 18,
-            eyes: 1,
-            lights: 3,
             settings: BTreeMap::from([("culling".to_owned(), "clustered".to_owned())]),
             runs,
             moments: (0..frames).map(|i| i as f32 / 24.0).collect(),
             passes: vec![series("prepass", prepass), series("shading/forward", shading)],
-            host: Vec::new(),
             clocks: vec!["1980 MHz".to_owned()],
             costs: vec![PassCost { name: "prepass".to_owned(), dispatches: 3, indirect: 1, rays: Some(2000) }],
             memory: Some((3 << 20, Some(5 << 20))),
-            estimates: BTreeMap::new(),
             frames: (0..frames as u64).map(counted).collect(),
+            ..Report::default()
         };
         report.estimate();
         report

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use glam::Affine3A;
-use lanternfish_scene::Camera;
-use lanternfish_viewer::{Move, Recording};
+use lanternfish_scene::{Camera, Move, Recording};
 
 use super::track::Track;
 use crate::args::ViewArgs;
@@ -115,8 +114,7 @@ impl RecordedPath {
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
-    use lanternfish_scene::Projection;
-    use lanternfish_viewer::Way;
+    use lanternfish_scene::{Projection, Way};
 
     use super::{
         super::track::{Interpolation, Moment},

@@ -318,6 +318,7 @@ impl Reader<'_> {
             Some((end, _)) => format!("{} …", &text[..end]),
             None => text,
         };
+        let expected = mistakes::missing(text.trim_matches('"')).unwrap_or(expected);
         self.error(place.start, &format!("{name} = {text}: not possible"), expected)
     }
 

@@ -10,9 +10,9 @@ use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
     generate::Rain,
+    motion::Moment,
     rig::{self, LightRig},
 };
-use lanternfish_viewer::Moment;
 
 use super::{
     Given, Shot,

@@ -28,6 +28,15 @@ pub use self::reach::Reach;
 pub use self::sampler::{Interpolation, Sampler};
 use crate::Light;
 
+/// A point in time of the animation and light rain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Index of the animation. `None` leaves everything except light rain as the file has it.
+    pub animation: Option<usize>,
+    /// Time, s.
+    pub time: f32,
+}
+
 /// The node hierarchy, skins and animations of a scene. Empty for static scenes.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {

@@ -2,10 +2,9 @@
 
 use glam::Vec3;
 use lanternfish::light_culling::clustered::GridContents;
-use lanternfish_scene::{Bounds, Camera, Projection};
+use lanternfish_scene::{Bounds, Camera, Controls, Projection};
 
 use super::MOST_CLUSTERS;
-use crate::controls::Controls;
 
 /// The bird's-eye view.
 #[derive(Clone, Debug)]

@@ -9,9 +9,8 @@ use egui::{Color32, Painter, Rect, Shape, Stroke, Ui};
 use glam::Vec3;
 use lanternfish::{
     settings::Settings,
-    techniques::{ClusterShape, Clustered, TileSize, Tiled},
+    techniques::{ClusterShape, Clustered},
 };
-use lanternfish_papers::RasterGrid;
 use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 pub use self::birds_eye::BirdsEye;
@@ -139,14 +138,12 @@ impl Wire<'_> {
 
 /// Side of a tile or cluster column, pixels; `None` if the settings use neither.
 fn spacing(settings: &Settings) -> Option<u32> {
-    let culling = &settings.culling;
-    let tiles = culling.get::<Tiled>().map(|tiled| tiled.tile_size);
-    let tiles = tiles.or_else(|| culling.get::<RasterGrid>().map(|grid| grid.tile_size));
-    let clusters = culling.get::<Clustered>().and_then(|clustered| match clustered.shape {
+    let tiles = settings.get("tile-size").and_then(|pixels| pixels.parse().ok());
+    let clusters = settings.culling.get::<Clustered>().and_then(|clustered| match clustered.shape {
         ClusterShape::Perspective { pixels } => Some(pixels),
         _ => None,
     });
-    tiles.map(TileSize::pixels).or(clusters)
+    tiles.or(clusters)
 }
 
 /// True if the settings divide the image into tiles or cluster columns.
@@ -288,6 +285,7 @@ mod tests {
     use lanternfish::settings::Culling;
 
     use super::*;
+    use crate::testing;
 
     #[test]
     fn colours_match_the_debug_view() {
@@ -309,7 +307,12 @@ mod tests {
 
     #[test]
     fn only_tiles_and_clusters_have_a_grid() {
-        let with = |culling| has_grid(&Settings::default().with_culling(culling));
-        assert!(with(Culling::default()) && !with(Culling::NONE));
+        let with = |culling: Culling| spacing(&Settings::default().with_culling(culling));
+        let clustered = Clustered { shape: ClusterShape::Perspective { pixels: 48 }, ..Clustered::default() };
+        assert_eq!((with(Culling::NONE), with(clustered.into())), (None, Some(48)));
+        testing::know_papers();
+        for name in ["tiled", "raster-grid"] {
+            assert_eq!(with(Culling::named(name).unwrap()), Some(16), "{name}");
+        }
     }
 }

@@ -19,7 +19,7 @@ use egui::Ui;
 use glam::Vec2;
 use lanternfish::Settings;
 use lanternfish_gpu::{AdapterDescription, PassTime};
-use lanternfish_scene::{Eyes, Scene};
+use lanternfish_scene::{Controls, Eyes, Scene};
 
 pub use self::{
     lights::{Edit, Listing},
@@ -29,7 +29,6 @@ pub use self::{
 };
 use crate::{
     Form,
-    controls::Controls,
     overlay::{self, Overlays},
     stereo::Stereo,
     wipe::{Other, Textures, Wipe},

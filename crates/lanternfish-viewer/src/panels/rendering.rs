@@ -2,10 +2,10 @@
 
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
+use lanternfish_scene::Way;
 
 use super::{Facts, Requested, State};
 use crate::{
-    controls::Way,
     overlay::{self, Drawn},
     stereo,
     wipe::{self, Other, Painted, Textures},

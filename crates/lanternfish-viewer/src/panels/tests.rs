@@ -141,7 +141,7 @@ fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
 
 #[test]
 fn every_named_setting_has_a_widget_that_changes_it() {
-    lanternfish_papers::register();
+    crate::testing::know_papers();
     let mut harness = shown();
     for parameter in
         Settings::PARAMETERS.iter().filter(|entry| entry.info.has_panel && matches!(entry.info.range, Range::Names))

@@ -120,7 +120,7 @@ fn is_refusal(error: &RenderError) -> bool {
 
 #[gpu_test(full)]
 fn gpu_settings_change_at_random(gpu: &Gpu) {
-    lanternfish_papers::register();
+    crate::testing::know_papers();
     let frames = std::env::var(FRAMES_FROM).ok().and_then(|count| count.parse().ok()).unwrap_or(FRAMES);
     let gpu = own(gpu);
     let scene = demo("cornell").unwrap();

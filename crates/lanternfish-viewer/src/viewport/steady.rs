@@ -5,7 +5,6 @@ use lanternfish::{
     techniques::{SampledLights, Tiled},
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
-use lanternfish_papers::{Deep, DeepImageSettings};
 use lanternfish_scene::generate::demo;
 
 use super::*;
@@ -43,14 +42,15 @@ pub fn own(gpu: &Gpu) -> Gpu {
 /// One setting for each kind of change: parameters, shaders, upload, deep images, multisampled textures, indirect light.
 fn kinds() -> Vec<Settings> {
     let base = Settings::direct_light().with_shadows(Shadows::BVH);
-    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
+    let mut deep = base.clone();
+    deep.set("occlusion", "deep").and_then(|()| deep.set("deep-resolution", "16")).unwrap();
     let indirect = Indirect::from(Quality::Draft.sampled());
     vec![
         base.clone(),
         base.clone().with_culling(Tiled::default()).with_shadows(Shadows::None),
         base.clone().with_samples(Samples::Four),
         base.clone().with_direct(SampledLights::default()).with_history(History::On),
-        base.clone().with_occlusion(Deep::default()).with_structure(deep_images),
+        deep,
         base.clone().with_indirect(indirect),
         base.with_debug_view(Some(DebugView::Normal)),
     ]
@@ -58,7 +58,7 @@ fn kinds() -> Vec<Settings> {
 
 #[gpu_test(full)]
 fn gpu_repeated_settings_do_not_increase_memory(gpu: &Gpu) {
-    lanternfish_papers::register();
+    crate::testing::know_papers();
     let scene = demo("cornell").unwrap();
     let camera = scene.default_camera(1.5);
     let mut viewport = Viewport::new(own(gpu), scene, &kinds()[0]).unwrap();

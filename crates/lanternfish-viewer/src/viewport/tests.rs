@@ -136,7 +136,7 @@ fn gpu_visible_clusters_contain_the_visible_surfaces(gpu: &Gpu) {
     }
     // At a cluster boundary, rounding may select the neighbour.
     assert!(all > 30 && visible + 2 >= all, "{visible} of {all}");
-    let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
+    let view = crate::overlay::BirdsEye::new(&lanternfish_scene::Controls::new(camera.clone(), 2.0), 1.5, &grids);
     let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
 }

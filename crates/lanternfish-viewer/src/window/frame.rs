@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use glam::UVec2;
+use lanternfish_scene::Recorder;
 
 use super::{REST, Viewer};
 use crate::{
     panels::{self, Facts, Requested},
-    record::Recorder,
     wipe::Textures,
 };
 

@@ -3,9 +3,10 @@
 
 use std::{any::Any, fmt, sync::Arc};
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
+use super::TracedRay;
 use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
@@ -74,6 +75,11 @@ pub type Structures = Vec<(Structure, Arc<dyn TracedStructure>)>;
 pub trait TracedStructure: Any + fmt::Debug + Send + Sync {
     /// The features that link shaders with it for distances.
     fn distance_features(&self) -> Vec<Feature>;
+
+    /// A ray along `direction` (unit) that ignores surfaces nearer than `offset`, m.
+    fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        TracedRay::new(origin, direction, offset, 0, false)
+    }
 
     /// Calls `dispatch` once for each of its parts, with that part's bindings added to these. Each run answers for its
     /// part alone.

@@ -120,10 +120,11 @@ pub fn write(bench: &Bench, spp: u64, commit: Option<&str>, shots: &[ShotReport]
     print(&format!("{}\n{}\n", report.to_markdown(), bench.folder.join("report.html").display()))
 }
 
-/// A row of a shot's table: the figures of [`COLUMNS`].
-fn table_row(name: &str, ground_truth: &str, cells: [String; 10]) -> Row {
+/// A row of a shot's table: these figures under their headings of [`COLUMNS`].
+fn table_row(name: &str, ground_truth: &str, cells: Vec<(&str, String)>) -> Row {
     let row = Row::default().text("name", "technique", name).text("ground_truth", "ground truth", ground_truth);
-    COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
+    let of = |column| cells.iter().find(|(name, _)| *name == column).map_or("", |(_, cell)| cell);
+    COLUMNS.into_iter().fold(row, |row, column| row.shown(column, of(column)))
 }
 
 /// HTML of the ground truths, then of every distinct image with its FLIP map.
@@ -133,11 +134,9 @@ fn renderings(shot: &ShotReport) -> String {
         let images: String = images.iter().map(image).collect();
         format!("<figure>{images}<figcaption>{}</figcaption></figure>\n", escaped(caption))
     };
-    let ground_truths = shot
-        .ground_truths
-        .iter()
-        .map(|ground_truth| figure(&[&ground_truth.rendering], &format!("ground truth: {}", ground_truth.name)));
-    let mut text = ground_truths.collect::<String>();
+    let ground_truths = shot.ground_truths.iter();
+    let mut text: String =
+        ground_truths.map(|of| figure(&[&of.rendering], &format!("ground truth: {}", of.name))).collect();
     let shows =
         |row: &Measured, rendering: &str| row.figures.as_ref().is_some_and(|figures| figures.rendering == rendering);
     for (i, row) in shot.rows.iter().enumerate() {
@@ -160,12 +159,8 @@ const COLUMNS: [&str; 10] =
     ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
 /// Cells of a row of `shot`; the reason alone if there are no results.
-fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
-    let Some(figures) = &row.figures else {
-        let mut cells = [const { String::new() }; 10];
-        cells[0] = row.left_out.clone().unwrap_or_default();
-        return cells;
-    };
+fn cells(shot: &ShotReport, row: &Measured) -> Vec<(&'static str, String)> {
+    let Some(figures) = &row.figures else { return vec![("FLIP", row.left_out.clone().unwrap_or_default())] };
     let errors = &figures.errors;
     let ground_truth = shot.ground_truths.iter().find(|ground_truth| ground_truth.name == row.ground_truth);
     let noise = ground_truth.map_or(0.0, |ground_truth| ground_truth.noise_energy);
@@ -173,17 +168,17 @@ fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
         ground_truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
-    [
-        format!("{:.4}", errors.flip),
-        format!("{:.4}", errors.hdr_flip),
-        format!("{:.2e}", errors.relative_mse),
-        format!("{:.3}", errors.percentile_95),
-        format!("{:.4}{mark}", errors.energy_ratio),
-        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
-        grouped(figures.differing_pixels as u64),
-        format!("{:.1}", figures.frame_ms),
-        grouped(figures.rays),
-        grouped(figures.listed_lights),
+    vec![
+        ("FLIP", format!("{:.4}", errors.flip)),
+        ("HDR-FLIP", format!("{:.4}", errors.hdr_flip)),
+        ("relMSE", format!("{:.2e}", errors.relative_mse)),
+        ("p95", format!("{:.3}", errors.percentile_95)),
+        ("energy", format!("{:.4}{mark}", errors.energy_ratio)),
+        ("of indirect", indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default()),
+        ("pixels", grouped(figures.differing_pixels as u64)),
+        ("ms", format!("{:.1}", figures.frame_ms)),
+        ("rays", grouped(figures.rays)),
+        ("lights", grouped(figures.listed_lights)),
     ]
 }
 
@@ -215,32 +210,23 @@ fn indirect_energy(ground_truth: &GroundTruthFigures) -> Option<f64> {
 }
 
 /// Cells of a ground truth: its noise.
-fn ground_truth_cells(ground_truth: &GroundTruthFigures) -> [String; 10] {
-    let mut cells = [const { String::new() }; 10];
-    cells[0] = format!("{:.4}", ground_truth.noise_flip);
-    cells[2] = format!("{:.2e}", ground_truth.noise_relative_mse);
-    cells[4] = format!("± {:.4}", ground_truth.noise_energy);
-    let of_indirect = indirect_energy(ground_truth).map(|indirect| ground_truth.noise_energy / indirect);
-    cells[5] = of_indirect.map(|noise| format!("± {noise:.3}")).unwrap_or_default();
-    cells
+fn ground_truth_cells(of: &GroundTruthFigures) -> Vec<(&'static str, String)> {
+    let of_indirect = indirect_energy(of).map(|indirect| format!("± {:.3}", of.noise_energy / indirect));
+    vec![
+        ("FLIP", format!("{:.4}", of.noise_flip)),
+        ("relMSE", format!("{:.2e}", of.noise_relative_mse)),
+        ("energy", format!("± {:.4}", of.noise_energy)),
+        ("of indirect", of_indirect.unwrap_or_default()),
+    ]
 }
 
 /// One line about the content and origin of a ground truth.
-fn ground_truth_line(ground_truth: &GroundTruthFigures) -> String {
-    let made =
-        if ground_truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", ground_truth.seconds) };
-    let dropped = if ground_truth.dropped > 0 {
-        format!("; {} samples were not finite: a fault", ground_truth.dropped)
-    } else {
-        String::new()
-    };
-    format!(
-        "{}: {}; {} samples per pixel, expected relative error {:.2} %, {made}{dropped}",
-        ground_truth.name,
-        ground_truth.meaning,
-        ground_truth.spp,
-        100.0 * ground_truth.noise
-    )
+fn ground_truth_line(of: &GroundTruthFigures) -> String {
+    let GroundTruthFigures { name, meaning, spp, noise, seconds, dropped, .. } = of;
+    let made = if of.reused { "reused".to_owned() } else { format!("traced in {seconds:.1} s") };
+    let dropped = if *dropped > 0 { format!("; {dropped} samples were not finite: a fault") } else { String::new() };
+    let error = 100.0 * noise;
+    format!("{name}: {meaning}; {spp} samples per pixel, expected relative error {error:.2} %, {made}{dropped}")
 }
 
 #[cfg(test)]

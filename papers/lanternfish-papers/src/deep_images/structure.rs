@@ -202,6 +202,10 @@ impl TracedStructure for DeepImages {
         self.settings.features(false)
     }
 
+    fn ray(&self, origin: Vec3, direction: Vec3, offset: f32) -> TracedRay {
+        self.ray(origin, direction, offset)
+    }
+
     fn for_each_part(&self, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
         for chunk in &self.chunks {
             let of_chunk = chunk.bindings(&self.frames).with(&self.direction_bindings());

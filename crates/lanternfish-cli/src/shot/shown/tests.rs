@@ -6,13 +6,13 @@ use lanternfish::{
     settings::{DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
     techniques::{Clustered, TileSize, Tiled},
 };
-use lanternfish_papers::{DeepImageSettings, DirectionSet, Hbao, RasterGrid};
 use lanternfish_scene::generate::demo;
 
 use super::*;
 use crate::{
     cli::{Cli, Command},
-    shot,
+    paper::{DeepImageSettings, DirectionSet, Hbao, RasterGrid},
+    shot, testing,
 };
 
 /// The window's scene for these flags, without a rig.
@@ -115,7 +115,7 @@ fn all_window_states_survive_a_round_trip() {
 /// Settings of every technique survive a round trip as data. What no parameter holds is refused, not lost.
 #[test]
 fn settings_are_data() {
-    lanternfish_papers::register();
+    testing::know_papers();
     for settings in many_settings() {
         let text = serde_json::to_string(&settings).unwrap();
         assert_eq!(serde_json::from_str::<Settings>(&text).unwrap(), settings, "{text}");

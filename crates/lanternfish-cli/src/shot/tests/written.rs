@@ -6,7 +6,6 @@ use super::*;
 /// Four shots, with most keys of techniques and of lights.
 #[test]
 fn shots_of_earlier_programs_are_what_their_flags_were() {
-    lanternfish_papers::register();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shot/tests/written");
     for line in include_str!("written/flags.txt").lines() {
         let [name, scene, flags] = line.split(" | ").collect::<Vec<_>>()[..] else { panic!("{line}") };

@@ -1,11 +1,10 @@
 //! Recording and replay of camera moves, step by step [VanGelderen2020, §6.1.1].
 //!
-//! While a window records, time advances by a fixed step, whatever the frame time. Replayed moves therefore give the same cameras bit for bit,
-//! without a window.
+//! While a window records, time advances by a fixed step, whatever the frame time. Replayed moves therefore give the
+//! same cameras bit for bit, without a window.
 
-use lanternfish_scene::Camera;
-
-use crate::controls::{Controls, Way};
+use super::{Controls, Way};
+use crate::Camera;
 
 /// One move of a camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +78,8 @@ pub type RecordKeeper = Box<dyn Fn(&Recording) -> Result<(), String>>;
 /// Records the moves of a camera.
 pub struct Recorder {
     recording: Recording,
-    /// The camera state after replay of the recorded moves. It differs from the recorded camera only after a change that is not a move.
+    /// The camera state after replay of the recorded moves. It differs from the recorded camera only after a change
+    /// that is not a move.
     follower: Controls,
     keep: RecordKeeper,
 }
@@ -123,9 +123,9 @@ mod tests {
     use std::{cell::RefCell, rc::Rc};
 
     use glam::Vec3;
-    use lanternfish_scene::Projection;
 
     use super::*;
+    use crate::Projection;
 
     fn controls() -> Controls {
         let projection = Projection::Perspective { fov_y: 0.8, near: 0.1 };

@@ -1,9 +1,11 @@
 //! Camera controls: fly, look around, orbit, dolly. They use neither a window nor a clock.
 
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
-use lanternfish_scene::{Camera, Projection};
+mod recording;
 
-use crate::record::Move;
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+
+pub use self::recording::{Move, RecordKeeper, Recorder, Recording};
+use crate::{Camera, Projection};
 
 /// Rotation of the camera, radians per point of pointer motion.
 const RADIANS_PER_POINT: f32 = 0.005;
@@ -105,8 +107,8 @@ impl Controls {
         self.camera.world_from_camera.translation += self.speed * seconds * step;
     }
 
-    /// Moves towards the orbit centre, by a tenth of the distance to it per wheel notch; negative notches move away. Near the centre, the centre moves
-    /// along. A parallel view gets smaller or larger.
+    /// Moves towards the orbit centre, by a tenth of the distance to it per wheel notch; negative notches move away.
+    /// Near the centre, the centre moves along. A parallel view gets smaller or larger.
     pub fn dolly(&mut self, notches: f32) {
         if notches == 0.0 {
             return;
@@ -139,8 +141,6 @@ impl Controls {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_scene::Projection;
-
     use super::*;
 
     fn controls() -> Controls {
