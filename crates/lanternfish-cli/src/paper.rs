@@ -1,22 +1,15 @@
 //! `--as PAPER`: the flags that it stands for, and a table of them.
 
-use std::ffi::OsStr;
-
 use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_papers::Paper;
-use lanternfish_scene::Named as _;
 
 use crate::{
     shot::Shot,
     table::{Row, to_text},
 };
 
-/// The id of the flag.
-pub(crate) const ID: &str = "paper";
-
-/// The settings that the paper of this name stands for.
-pub(crate) fn given(name: Option<&OsStr>) -> GivenSettings {
-    let paper = Paper::all().into_iter().find(|paper| name.is_some_and(|name| *paper.name() == *name));
+/// The settings that a paper stands for.
+pub(crate) fn given(paper: Option<Paper>) -> GivenSettings {
     paper.map(Paper::given).unwrap_or_default()
 }
 
@@ -44,6 +37,8 @@ pub(crate) fn table(paper: Paper, settings: &Settings) -> String {
 mod tests {
     use clap::Command;
     use clap::{Args as _, FromArgMatches as _};
+
+    use lanternfish_scene::Named as _;
 
     use super::*;
     use crate::{args::RenderArgs, shot};

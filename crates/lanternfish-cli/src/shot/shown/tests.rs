@@ -7,7 +7,7 @@ use lanternfish::{
     techniques::{Clustered, TileSize, Tiled},
 };
 use lanternfish_papers::{DeepImageSettings, DirectionSet, Hbao, RasterGrid};
-use lanternfish_scene::generate::demo;
+use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
 use crate::{
