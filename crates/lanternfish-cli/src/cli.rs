@@ -7,9 +7,12 @@ use clap::{ArgMatches, Args, Parser, Subcommand};
 #[cfg(feature = "papers")]
 use crate::papers::{self, PapersArgs};
 #[cfg(feature = "window")]
-use crate::{args::view::WindowArgs, window};
 use crate::{
-    args::{RENDER_HELP, RENDER_SHORT_HELP, ShotArgs, TrustArgs},
+    args::view::{FIRST, WindowArgs},
+    window,
+};
+use crate::{
+    args::{RENDER_HELP, RENDER_SHORT_HELP, RenderArgs, TrustArgs},
     compare::{self, CompareArgs},
     doctor::{self, DoctorArgs},
     error::{self, CliError},
@@ -57,6 +60,7 @@ pub enum Command {
     #[cfg(feature = "window")]
     #[command(after_help = window::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
+    #[command(mut_args(help::hidden), mut_arg("scene", |scene| scene.required(false).default_value(FIRST)))]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that stores these flags of `render`, with every flag as a key.
     ///
@@ -64,7 +68,8 @@ pub enum Command {
     /// NAME.toml` writes the shot to a file of this folder; any other -o is the image's.
     #[command(after_help = shot::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish shot [OPTIONS OF render] [-o SHOT.toml] <SCENE>")]
-    Shot(Box<ShotArgs>),
+    #[command(mut_args(help::hidden))]
+    Shot(Box<RenderArgs>),
     /// Lists the complete, broken and missing frames of a sequence.
     ///
     /// Decodes every pixel and compares the sizes with the requested one. Exits with 0 if all frames are complete, else
@@ -153,28 +158,28 @@ fn begin() -> u8 {
 
 /// Runs a command. `matches` holds the arguments as given, to tell them from defaults. Returns the exit code.
 pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8, CliError> {
-    let said = matches.subcommand().map_or(matches, |(_, said)| said);
+    let matches = matches.subcommand().map_or(matches, |(_, matches)| matches);
     match cli.command {
         Command::Render(args) => {
-            render::many::run(&args, said, started).map(|is_complete| if is_complete { 0 } else { 1 })
+            render::many::run(&args, matches, started).map(|is_complete| if is_complete { 0 } else { 1 })
         }
         #[cfg(feature = "window")]
         Command::View(args) => {
-            shot::resolve(&args.render.scene, said).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
+            shot::resolve(&args.render.scene, matches).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
         }
-        Command::Shot(args) => shot::write(&args.0.scene, said).map(|()| 0),
-        Command::Frames(args) => frames::run(&args, said),
+        Command::Shot(args) => shot::write(&args.scene, matches).map(|()| 0),
+        Command::Frames(args) => frames::run(&args, matches),
         Command::Farm(args) => farm::run(&args).map(|()| 0),
-        Command::Reference(args) => reference::run(&args, said, started),
+        Command::Reference(args) => reference::run(&args, matches, started),
         Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
         Command::Doctor(args) => doctor::run(&args),
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::Bench(args) => Err(not_here(&args)),
         Command::Help(args) => help::run::<Cli>(&args).map(|()| 0),
         #[cfg(feature = "papers")]
-        Command::Papers(args) => papers::run(&args, said, cli.trust).map(|()| 0),
+        Command::Papers(args) => papers::run(&args, matches, cli.trust).map(|()| 0),
         Command::Compare(args) => compare::run(&args),
-        Command::Replay(args) => replay::run(&args, said).map(|()| 0),
+        Command::Replay(args) => replay::run(&args, matches).map(|()| 0),
     }
 }
 

@@ -48,8 +48,8 @@ impl Selection for ImageArgs {
 }
 
 /// Prints the broken and missing frames. Returns the exit code: 0 if all frames are complete.
-pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
-    let shot = shot::resolve(&args.scene, said)?;
+pub fn run(args: &FramesArgs, matches: &ArgMatches) -> Result<u8, CliError> {
+    let shot = shot::resolve(&args.scene, matches)?;
     let flags = &shot.args;
     let output = Output::named(flags.output.output.as_deref(), &flags.scene)?;
     let (expected, wanted) = (Expected::of(flags), args.wanted);

@@ -31,6 +31,12 @@ pub fn flag(program: &str) -> Arg {
         .help(format!("Prints help; `{program} help COMMAND --all` prints all flags"))
 }
 
+/// A flag of a command whose help refers to that of `render`, which has the flags with other headings.
+pub(crate) fn hidden(flag: Arg) -> Arg {
+    let is_of_render = flag.get_help_heading().is_some_and(|heading| heading != "Window");
+    if is_of_render { flag.hide(true) } else { flag }
+}
+
 /// Prints the help of a command of the program.
 pub fn run<C: CommandFactory>(args: &HelpArgs) -> Result<(), CliError> {
     let mut root = C::command();
@@ -149,6 +155,8 @@ mod tests {
     #[test]
     fn the_help_of_shot_describes_shots() {
         let (_, short, long) = help_of("shot");
+        let view = help_of("view").1;
+        assert!(lists(&view, "record") && lists(&view, "shaders") && !lists(&view, "size"), "{view}");
         for help in [&short, &long] {
             for flag in ["size", "sun", "cluster-depth", "exposure"] {
                 assert!(!lists(help, flag), "--{flag}:\n{help}");

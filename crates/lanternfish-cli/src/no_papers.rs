@@ -1,17 +1,13 @@
 //! Stands for `paper.rs` in a program without the feature `papers`: no techniques, and a `--as` that is an error.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 
-use clap::builder::TypedValueParser;
 use lanternfish::{
     rays::Structure,
     settings::{GivenSettings, Quality, Settings},
 };
 
-use crate::{mistakes::NO_PAPERS, shot::Shot};
-
-/// The id of the flag.
-pub(crate) const ID: &str = "paper";
+use crate::{args::spelling::Spelling, mistakes::NO_PAPERS, shot::Shot};
 
 /// A paper: there is none.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +17,16 @@ pub enum Paper {}
 pub fn register() {}
 
 /// Refuses the name of any paper.
-pub(crate) fn parser() -> impl TypedValueParser<Value = Paper> {
-    |_: &str| Err::<Paper, _>(NO_PAPERS)
+impl Spelling for Paper {
+    type Value = Self;
+
+    fn read(_: &OsStr) -> Result<Self, String> {
+        Err(NO_PAPERS.to_owned())
+    }
+
+    fn text(paper: &Self) -> OsString {
+        match *paper {}
+    }
 }
 
 /// No structure.
@@ -31,7 +35,7 @@ pub(crate) fn structure(_quality: Quality) -> Structure {
 }
 
 /// No settings.
-pub(crate) fn given(_name: Option<&OsStr>) -> GivenSettings {
+pub(crate) fn given(_paper: Option<Paper>) -> GivenSettings {
     GivenSettings::default()
 }
 

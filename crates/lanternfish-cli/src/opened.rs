@@ -52,10 +52,10 @@ pub fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let samples = shot.args.settings_of(1).image.samples;
     let mut settings = shot.args.settings().with_samples(samples);
     paper::for_moving(shot, &mut settings);
-    if !shot.names().iter().any(|name| name == "history") {
+    if !shot.gives("history") {
         settings.history = History::On;
     }
-    if settings.direct.is_none() && !shot.names().iter().any(|name| name == "direct") {
+    if settings.direct.is_none() && !shot.gives("direct") {
         settings.direct = shot.args.automatic_direct();
     }
     exposed(settings, exposure)

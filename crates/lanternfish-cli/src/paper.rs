@@ -2,40 +2,26 @@
 //!
 //! Only this file names their crate, which the feature `papers` links. Without it, `no_papers.rs` stands for this file.
 
-use std::ffi::OsStr;
-
-use clap::builder::TypedValueParser;
 use lanternfish::{
     rays::Structure,
     settings::{GivenSettings, Quality, Settings},
 };
 #[cfg(test)]
-pub use lanternfish_papers::{Deep, DeepBuilder, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao, RasterGrid};
+pub use lanternfish_papers::{Deep, DirectionSet, Hbao, RasterGrid};
 pub use lanternfish_papers::{DeepImageSettings, Paper, register};
-use lanternfish_scene::Named as _;
 
 use crate::{
-    choices::choice,
     shot::Shot,
     table::{Row, to_text},
 };
-
-/// The id of the flag.
-pub(crate) const ID: &str = "paper";
-
-/// Parses the name of a paper.
-pub(crate) fn parser() -> impl TypedValueParser<Value = Paper> {
-    choice::<Paper>()
-}
 
 /// The structure of inexact tracers at a quality; none is its default.
 pub(crate) fn structure(quality: Quality) -> Structure {
     DeepImageSettings::of_quality(quality).chosen()
 }
 
-/// The settings that the paper of this name stands for.
-pub(crate) fn given(name: Option<&OsStr>) -> GivenSettings {
-    let paper = Paper::all().into_iter().find(|paper| name.is_some_and(|name| *paper.name() == *name));
+/// The settings that a paper stands for.
+pub(crate) fn given(paper: Option<Paper>) -> GivenSettings {
     paper.map(Paper::given).unwrap_or_default()
 }
 
@@ -63,6 +49,8 @@ pub(crate) fn table(paper: Paper, settings: &Settings) -> String {
 mod tests {
     use clap::Command;
     use clap::{Args as _, FromArgMatches as _};
+
+    use lanternfish_scene::Named as _;
 
     use super::*;
     use crate::{args::RenderArgs, shot};

@@ -132,8 +132,8 @@ impl Entry {
 }
 
 /// Renders every image, and writes them with the sheet.
-pub fn run(args: &PapersArgs, said: &ArgMatches, trust: TrustArgs) -> Result<(), CliError> {
-    let shot = shot::resolve(&args.scene, said)?;
+pub fn run(args: &PapersArgs, matches: &ArgMatches, trust: TrustArgs) -> Result<(), CliError> {
+    let shot = shot::resolve(&args.scene, matches)?;
     if shot.args.track.frames.is_some() || shot.args.track.orbit.is_some() || shot.args.paper.is_some() {
         let what = format_args!("{}: a sequence, or a shot that names a paper", args.scene).to_string();
         return Err(CliError::new(what, "a sheet is of one image, as every paper has it"));
@@ -142,7 +142,7 @@ pub fn run(args: &PapersArgs, said: &ArgMatches, trust: TrustArgs) -> Result<(),
     let folder = &args.output;
     fs::create_dir_all(folder)
         .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name another folder"))?;
-    let flags = Flags::of(&shot, said, trust);
+    let flags = Flags::of(&shot, matches, trust);
     let reference = folder.join("path-tracer.exr");
     progress.step("reference", "Tracing the ground truth", || {
         let spp = format!("--spp={}", args.spp);
@@ -237,15 +237,13 @@ struct Flags {
 }
 
 impl Flags {
-    fn of(shot: &Shot, said: &ArgMatches, trust: TrustArgs) -> Self {
-        let (settings, given) = (shot.args.settings(), shot.names());
+    fn of(shot: &Shot, matches: &ArgMatches, trust: TrustArgs) -> Self {
+        let settings = shot.args.settings();
         let value = |name: &str| format!("--{name}={}", settings.get(name).unwrap_or_default());
         // What a shot says of lights and materials stays, whatever a paper has.
-        let of_scene = ["light-radius", "sun-diameter", "materials"]
-            .into_iter()
-            .filter(|name| given.iter().any(|other| other == name));
+        let of_scene = ["light-radius", "sun-diameter", "materials"].into_iter().filter(|name| shot.gives(name));
         let mut all: Vec<OsString> = of_scene.map(|name| value(name).into()).collect();
-        all.extend(shot::words(said));
+        all.extend(shot::words(matches));
         let known = shared_flags();
         let name = |word: &str| word.trim_start_matches("--").split('=').next().map(str::to_owned);
         let is_known = |word: &&OsString| name(&word.to_string_lossy()).is_some_and(|name| known.contains(&name));
@@ -255,12 +253,12 @@ impl Flags {
             None => word.clone(),
         };
         let mut shared: Vec<OsString> = all.iter().filter(is_known).map(renamed).collect();
-        if !given.iter().any(|name| name == "light-radius") {
+        if !shot.gives("light-radius") {
             let radius = Paper::Five.settings().lights.radius;
             shared.push(format!("--light-radius={radius}").into());
         }
         // The same sun in all images, as wide in the path tracer's as in the others.
-        if !given.iter().any(|name| name == "environment-sun") {
+        if !shot.gives("environment_sun") {
             shared.push("--environment-sun=light".into());
         }
         let mut trusted: Vec<OsString> = trust.confine.then(|| "--confine".into()).into_iter().collect();

@@ -6,11 +6,13 @@ mod range;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
+
 use glam::Vec3;
 use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
-    area_light::{disk, rectangle},
+    area_light::{disk, light_text, rectangle},
     pose::{PoseConvention, intrinsics, pose},
     range::{Frames, Span, fps, frames, orbit, samples, span},
 };
@@ -106,7 +108,8 @@ pub fn point_light(text: &str) -> Result<Light, String> {
 pub fn sun(text: &str) -> Result<Light, String> {
     let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,-0.6,3";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7)).ok_or(expected)?;
-    Ok(Light::directional(direction(&values)?, intensity(&values[3..])?))
+    let direction = unit(&values)?;
+    Ok(Light { direction, ..Light::directional(direction, intensity(&values[3..])?) })
 }
 
 /// The direction of the first three values, which may have any length but zero. The result has a length of about 1.
@@ -118,6 +121,13 @@ fn direction(values: &[f32]) -> Result<Vec3, String> {
         return Err("direction 0,0,0: expected where the light travels to, e.g. 0,-1,0 for straight down".to_owned());
     }
     Ok(direction)
+}
+
+/// The direction of the first three values, of length 1. Values that have this length stay as they are, so that written
+/// lights are read again to the bit.
+fn unit(values: &[f32]) -> Result<Vec3, String> {
+    let given = Vec3::from_slice(values);
+    Ok(if (given.length_squared() - 1.0).abs() < 1e-6 { given } else { direction(values)?.normalize() })
 }
 
 /// A light's strength times its colour. `values` are the strength, then red, green and blue if a colour is given.
@@ -154,6 +164,19 @@ pub enum LightSet {
         /// Bounds of the lights, world space, m.
         bounds: Bounds,
     },
+}
+
+impl fmt::Display for LightSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Rain { count, radius: None } => write!(f, "rain:{count}"),
+            Self::Rain { count, radius: Some(radius) } => write!(f, "rain:{count}:{radius}"),
+            Self::Random { count, radius, seed, bounds: Bounds { min, max } } => {
+                let [a, b] = [min, max].map(|p| format!("{},{},{}", p.x, p.y, p.z));
+                write!(f, "random:{count}:{radius}:{seed}:{a},{b}")
+            }
+        }
+    }
 }
 
 /// Parses generated lights: `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
@@ -202,6 +225,11 @@ fn reach(metres: f32) -> Result<f32, String> {
         return Ok(metres);
     }
     Err(format!("expected metres, more than 0, at most {FARTHEST:e}"))
+}
+
+/// Parses the seed of random numbers.
+pub fn seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u32::MAX))
 }
 
 /// Parses a number above zero.

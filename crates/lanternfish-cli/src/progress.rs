@@ -6,18 +6,17 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use lanternfish_scene::printable;
+use lanternfish_scene::{named_enum, printable};
 use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
 use crate::error::say;
 
-/// The reader of a run's progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ToldTo {
-    /// Open Job Description: lines openjd_progress: PERCENT and openjd_status: TEXT
-    Openjd,
+named_enum! {
+    /// The reader of a run's progress.
+    ToldTo {
+        Openjd = "openjd": "Open Job Description: lines openjd_progress: PERCENT and openjd_status: TEXT",
+    }
 }
 
 impl ToldTo {

@@ -1,19 +1,18 @@
 //! Stereo images.
 
-use clap::ValueEnum;
 use lanternfish::RenderedImage;
-use lanternfish_scene::{Camera, Eyes};
+use lanternfish_scene::{Camera, Eyes, named_enum};
 
-use crate::{error::CliError, parse};
+use crate::{args::spelling::degrees, error::CliError, parse};
 
-/// Layout of two images in one file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum StereoLayout {
-    /// Side by side, the left eye's image on the left: twice as wide as --size
-    #[default]
-    SideBySide,
-    /// Two layers of one file, called left and right. EXR only
-    Layers,
+named_enum! {
+    /// Layout of two images in one file.
+    #[derive(Default)]
+    StereoLayout {
+        #[default]
+        SideBySide = "side-by-side": "Side by side, the left eye's image on the left: twice as wide as --size",
+        Layers = "layers": "Two layers of one file, called left and right. EXR only",
+    }
 }
 
 /// Parses `vive`, `parallel[:metres]` or `l,r,b,t,metres[,degrees]`.
@@ -49,7 +48,7 @@ pub fn text(eyes: Eyes) -> String {
     match eyes {
         Eyes::Vive => "vive".to_owned(),
         Eyes::Parallel(metres) => format!("parallel:{metres}"),
-        Eyes::Rig([l, r, b, t], metres, cant) => format!("{l},{r},{b},{t},{metres},{}", cant.to_degrees()),
+        Eyes::Rig([l, r, b, t], metres, cant) => format!("{l},{r},{b},{t},{metres},{}", degrees(cant)),
     }
 }
 

@@ -59,7 +59,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
-    let size_is_chosen = shot.names().iter().any(|name| name == "size");
+    let size_is_chosen = shot.gives("size");
     let Loaded { scene, camera, exposure, moment, rain, opened } = loaded(shot, &mut progress)?;
     let settings = in_window(&opened.shot, exposure);
     progress.finish();

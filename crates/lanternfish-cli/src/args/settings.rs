@@ -1,12 +1,13 @@
 //! The flags of the library's settings: choices of techniques, their parameters, and settings of their own.
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, parser::ValueSource};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _};
 use lanternfish::{
     settings::{AnyParameter, GivenSettings, Settings},
     technique::Range,
 };
 use lanternfish_scene::Value;
 
+use super::keys::is_given;
 use crate::{choices::names, flags::as_flags, paper};
 
 /// Names before version 0.2, kept as hidden aliases: old name, new name.
@@ -68,9 +69,7 @@ fn parameters(table: usize) -> impl Iterator<Item = AnyParameter> {
 pub(crate) fn given(matches: &ArgMatches) -> GivenSettings {
     let mut given = GivenSettings::default();
     for AnyParameter { info, .. } in Settings::parameters() {
-        let has_flag = matches.ids().any(|id| id.as_str() == info.name);
-        if has_flag
-            && matches.value_source(info.name) == Some(ValueSource::CommandLine)
+        if is_given(matches, info.name)
             && let Some(value) = matches.get_one::<Value>(info.name)
         {
             given.give(info.name, value.clone());

@@ -1,20 +1,16 @@
 use clap::CommandFactory;
 use lanternfish::{
-    settings::{
-        Anisotropy, Antialiasing, Attenuation, Background, Culling, DebugView, Exposure, History, Indirect, Materials,
-        Occlusion, Preset, RayCulling, RayRangeCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer,
-        TracerChoice,
-    },
+    settings::{Background, Culling, DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TracerChoice},
     techniques::{
-        Assignment, ClusterShape, Clustered, Denoise, Grouping, IndirectClamp, IndirectResolution, LightChoice,
-        LightSamples, Probes, Sampled, SampledLights, TileSize, Tiled,
+        ClusterShape, Clustered, Denoise, IndirectResolution, LightSamples, Probes, Sampled, SampledLights, TileSize,
+        Tiled,
     },
 };
 
 use super::*;
 use crate::{
     cli::{Cli, Command},
-    paper::{Deep, DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore, DirectionSet, Hbao},
+    paper::{Deep, DeepImageSettings, DirectionSet, Hbao},
     parse::LightSet,
     testing,
 };
@@ -69,83 +65,29 @@ fn defaults_in_help_are_those_of_every_preset() {
     }
 }
 
+/// A flag of each kind of value, and of each kind of technique. The library's tests read every setting.
 #[test]
-fn every_flag_reaches_its_setting() {
-    let words = "--direct sampled --light-samples 2 --light-choice uniform --denoise off --shadows bvh --ray-culling improved --ray-range-culling off --culling tiled --tile-size 32 --aabb off --textures per-material \
-                 --attenuation physical --attenuation-near-radius 0.75 --attenuation-coefficients 1,0.5,2 --range-threshold 0.5 \
-                 --materials lambert --exposure -2 --tone-map none --background #ff8000 --samples 4 \
-                 --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
-                 --deep-directions cube:2 --deep-slices 8 --deep-builder per_direction --deep-sort blocks --deep-merge 0.5 \
-                 --deep-search linear_steps --deep-store linked_list --deep-test off --deep-tolerance 1.5 --history on --antialiasing temporal --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
-                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --sun-diameter 0.53 --shadow-rays 7";
-    let args = parsed(words);
-    let expected = Settings::default()
-        .with_direct(SampledLights {
-            light_samples: LightSamples::Two,
-            choice: LightChoice::Uniform,
-            denoise: Denoise::Off,
-        })
-        .with_culling(Tiled { tile_size: TileSize::Px32, aabb_test: false })
+fn flags_of_settings_have_their_types() {
+    let words = "--direct sampled --light-samples 2 --denoise off --shadows bvh --culling tiled --tile-size 32 --aabb off \
+                 --attenuation-coefficients 1,0.5,2 --exposure -2 --background #ff8000 --occlusion deep \
+                 --occlusion-distance 2.5 --deep-directions cube:2 --indirect none --debug-view light-count";
+    let direct = SampledLights { light_samples: LightSamples::Two, denoise: Denoise::Off, ..SampledLights::default() };
+    let images = DeepImageSettings { directions: DirectionSet::Cube { k: 2 }, ..DeepImageSettings::default() };
+    let expected = Settings::direct_light()
+        .with_direct(direct)
         .with_shadows(Shadows::BVH)
-        .with_ray_culling(RayCulling::Improved)
-        .with_ray_range_culling(RayRangeCulling::Off)
-        .with_attenuation(Attenuation::Physical)
-        .with_attenuation_near_radius(0.75)
+        .with_culling(Tiled { tile_size: TileSize::Px32, aabb_test: false })
         .with_attenuation_coefficients("1,0.5,2".parse().unwrap())
-        .with_range_threshold(0.5)
-        .with_materials(Materials::Lambert)
         .with_exposure(Exposure::Ev(-2.0))
-        .with_tone_map(ToneMap::None)
         .with_background(Background::Color([255, 128, 0]))
-        .with_debug_view(Some(DebugView::LightCount))
-        .with_textures(TextureBinding::PerMaterial)
-        .with_anisotropy(Anisotropy::X2)
-        .with_samples(Samples::Four)
         .with_occlusion(Deep { max_distance: Some(2.5), ..Deep::default() })
-        .with_structure(DeepImageSettings {
-            directions: DirectionSet::Cube { k: 2 },
-            resolution: 32,
-            slices: 8,
-            builder: DeepBuilder::PerDirection,
-            sort: DeepSort::Blocks,
-            merge_texels: 0.5,
-            search: DeepSearch::LinearSteps,
-            store: DeepStore::LinkedList,
-            tests_triangles: false,
-            tolerance: 1.5,
-            ..DeepImageSettings::default()
-        })
-        .with_accumulate(5)
-        .with_light_radius(0.2)
-        .with_sun_diameter(0.53)
-        .with_shadow_rays(7)
-        .with_history(History::On)
-        .with_antialiasing(Antialiasing::Temporal)
-        .with_indirect(Sampled {
-            diffuse_rays: 3,
-            glossy_rays: 0,
-            tracer: Tracer::BVH.into(),
-            resolution: IndirectResolution::Half,
-            filter_radius: 2,
-            clamp: IndirectClamp::Off,
-            ..Sampled::default()
-        });
-    let hbao = |words: &str| parsed(words).settings().occlusion;
-    assert_eq!(hbao("--occlusion hbao"), Occlusion::from(Hbao { radius: 1.0, ..Hbao::default() }));
-    let farther = Hbao { radius: 3.0, ..Hbao::default() };
-    assert_eq!(hbao("--occlusion=hbao --occlusion-distance=3"), Occlusion::from(farther));
-    assert_eq!(args.settings(), expected);
-    assert_eq!(parsed("--culling all").settings().culling, Culling::NONE);
-    let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \
-                 --cluster-depth 100";
-    let clustered = Clustered {
-        shape: ClusterShape::Displaced { pixels: 64, distance: 32.0 },
-        grouping: Grouping::Individual,
-        assignment: Assignment::BruteForce,
-        depth: 100,
-    };
-    let args = parsed(words);
-    assert_eq!(args.settings().culling, Culling::from(clustered));
+        .with_structure(images)
+        .with_debug_view(Some(DebugView::LightCount));
+    assert_eq!(parsed(words).settings(), expected);
+    let hbao = parsed("--occlusion=hbao --occlusion-distance=3").settings().occlusion;
+    assert_eq!(hbao, Occlusion::from(Hbao { radius: 3.0, ..Hbao::default() }));
+    let clustered = Clustered { shape: ClusterShape::Displaced { pixels: 64, distance: 32.0 }, ..Clustered::default() };
+    assert_eq!(parsed("--clusters displ:64:32").settings().culling, Culling::from(clustered));
 }
 
 /// The flags that the help of `--deep-builder` lists give the library's constant.
@@ -176,21 +118,14 @@ fn negative_numbers_are_values_and_lights_add_up() {
 #[test]
 fn what_is_said_last_counts_but_points_add_up() {
     let words = "--lights rain:1000 --seed 1 --timings -o a.png --point 0,0,0,1 \
-                 --lights rain:5 --seed 2 --timings --output b.png --point 1,1,1,1 --quiet -q";
+                 --lights rain:5 --seed 2 --timings --output b.png --point 1,1,1,1 --quiet -q \
+                 --adapter cpu --adapter llvmpipe";
     let args = parsed(words);
     assert_eq!(args.lights.lights, Some(LightSet::Rain { count: 5, radius: None }));
-    assert_eq!(args.run.seed, 2);
+    assert_eq!((args.run.seed, args.run.adapter), (2, Some(AdapterChoice::Name("llvmpipe".to_owned()))));
     assert_eq!(args.output.output, Some("b.png".into()));
     assert_eq!(args.lights.points.len(), 2);
     assert!(args.run.timings && args.run.quiet);
-}
-
-#[test]
-fn adapters_are_named_or_cpu() {
-    assert_eq!(parsed("--adapter cpu").run.adapter, Some(AdapterChoice::Cpu));
-    let named = parsed("--adapter llvmpipe").run.adapter;
-    assert_eq!(named, Some(AdapterChoice::Name("llvmpipe".to_owned())));
-    assert_eq!(parsed("").run.adapter, None);
 }
 
 #[test]

@@ -1,18 +1,18 @@
 //! Cameras as calibrations and data sets state them.
 
-use clap::ValueEnum;
 use glam::{Affine3A, DMat3, Mat3A, Quat, Vec3};
+use lanternfish_scene::named_enum;
 
 use super::{near_enough, number, numbers};
 
-/// Axes of a camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum PoseConvention {
-    /// x right, y up, and it looks along -z, as in glTF, Blender and NeRF
-    #[default]
-    Opengl,
-    /// x right, y down, and it looks along z, as in OpenCV and COLMAP
-    Opencv,
+named_enum! {
+    /// Axes of a camera.
+    #[derive(Default)]
+    PoseConvention {
+        #[default]
+        Opengl = "opengl": "x right, y up, and it looks along -z, as in glTF, Blender and NeRF",
+        Opencv = "opencv": "x right, y down, and it looks along z, as in OpenCV and COLMAP",
+    }
 }
 
 impl PoseConvention {
@@ -55,5 +55,8 @@ pub fn pose(text: &str) -> Result<Affine3A, String> {
         return Err("it scales, shears or mirrors: expected a rotation and a translation".to_owned());
     }
     let position = near_enough(Vec3::new(values[3], values[7], values[11]))?;
-    Ok(Affine3A::from_rotation_translation(Quat::from_mat3a(&rotation).normalize(), position))
+    // Axes of length 1 stay as they are, so that a written pose is read again to the bit.
+    let is_exact = (axes * axes.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-6);
+    let rotation = if is_exact { rotation } else { Mat3A::from_quat(Quat::from_mat3a(&rotation).normalize()) };
+    Ok(Affine3A { matrix3: rotation, translation: position.into() })
 }

@@ -47,8 +47,8 @@ use crate::{
 };
 
 /// Traces, and returns the exit code: 0, or that of an interrupting signal such as Ctrl-C.
-pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<u8, CliError> {
-    let mut shot = shot::resolve(&args.scene, said)?;
+pub fn run(args: &ReferenceArgs, matches: &ArgMatches, started: Instant) -> Result<u8, CliError> {
+    let mut shot = shot::resolve(&args.scene, matches)?;
     let frames = shot.args.track.frames.take();
     let is_track = frames.is_some() || shot.args.track.orbit.is_some();
     if let Some(Frames::Span(_)) = frames {

@@ -35,8 +35,8 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<O
         }
         scene.environment = Some(environment);
     }
-    scene.lights.extend([&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().cloned());
-    scene.lights.extend(flags.sun.clone());
+    let lights = [&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().chain(&flags.sun);
+    scene.lights.extend(lights.cloned());
     if let Some(sky) = flags.sky {
         scene.sky = sky;
     }

@@ -10,7 +10,7 @@ use std::{
 use clap::{ArgMatches, Args};
 
 use crate::{
-    args::RenderArgs,
+    args::{RenderArgs, keys::is_given},
     ending::has_ending,
     error::{self, CliError},
     output,
@@ -42,7 +42,7 @@ pub struct ManyArgs {
 }
 
 /// Renders every scene. A scene that fails does not keep the others from being rendered; the result is false then.
-pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool, CliError> {
+pub fn run(args: &ManyArgs, matches: &ArgMatches, started: Instant) -> Result<bool, CliError> {
     let is_folder = |scene: &SceneName| scene.demo().is_none() && !shot::is_shot(scene) && scene.path().is_dir();
     let named: Vec<_> = [&args.render.scene].into_iter().chain(&args.more).cloned().collect();
     if let Some(image) = named[1..].iter().find(|scene| IMAGES.iter().any(|ending| has_ending(scene.path(), ending))) {
@@ -52,8 +52,8 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
     if let [scene] = &named[..]
         && !is_folder(scene)
     {
-        let mut shot = shot::resolve(scene, said)?;
-        args.resize(&mut shot, said);
+        let mut shot = shot::resolve(scene, matches)?;
+        args.resize(&mut shot, matches);
         return super::run(&shot, started, &mut device).map(|()| true);
     }
     let mut scenes = Vec::new();
@@ -66,8 +66,8 @@ pub fn run(args: &ManyArgs, said: &ArgMatches, started: Instant) -> Result<bool,
     let folder = args.folder()?;
     let mut failed = Vec::new();
     for (scene, path) in scenes.iter().zip(names(&scenes)) {
-        let rendered = shot::resolve(scene, said).and_then(|mut shot| {
-            args.resize(&mut shot, said);
+        let rendered = shot::resolve(scene, matches).and_then(|mut shot| {
+            args.resize(&mut shot, matches);
             // A shot names its own image.
             if args.render.output.output.is_some() || !shot::is_shot(scene) {
                 let path = folder.join(path);
@@ -114,8 +114,8 @@ impl ManyArgs {
     }
 
     /// Gives thumbnails their size.
-    fn resize(&self, shot: &mut shot::Shot, said: &ArgMatches) {
-        if self.thumbnails && said.value_source("size") != Some(clap::parser::ValueSource::CommandLine) {
+    fn resize(&self, shot: &mut shot::Shot, matches: &ArgMatches) {
+        if self.thumbnails && !is_given(matches, "size") {
             let size = crate::parse::size(THUMBNAIL).expect("this is a size");
             (shot.args.output.size, shot.args.view.size) = (size, [size.width, size.height]);
         }

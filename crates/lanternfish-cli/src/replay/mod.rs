@@ -95,11 +95,11 @@ impl Selection for SimulationArgs {
 }
 
 /// Replays and prints the results.
-pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> {
+pub(crate) fn run(args: &ReplayArgs, matches: &ArgMatches) -> Result<(), CliError> {
     if !args.pair.is_empty() {
-        return pair::run(args, said);
+        return pair::run(args, matches);
     }
-    let (shot, recorded) = simulation(&args.scene, said)?;
+    let (shot, recorded) = simulation(&args.scene, matches)?;
     fs::create_dir_all(&args.output).map_err(|error| {
         CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be created")
     })?;
@@ -117,8 +117,8 @@ pub(crate) fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> 
 type Cameras = Vec<(f32, Camera)>;
 
 /// The simulation: a shot, and the chosen steps if it is a recording.
-fn simulation(source: &SceneName, said: &ArgMatches) -> Result<(Shot, Option<Cameras>), CliError> {
-    let shot = shot::resolve(source, said)?;
+fn simulation(source: &SceneName, matches: &ArgMatches) -> Result<(Shot, Option<Cameras>), CliError> {
+    let shot = shot::resolve(source, matches)?;
     let cameras = shot.recorded().map(|path| {
         let (first, count) = match shot.args.track.frames {
             None => (0, usize::MAX),

@@ -10,8 +10,8 @@ use super::{Cameras, ReplayArgs, SimulationArgs, measure, plan::Plan, report::AL
 use crate::{args, error::CliError, output, progress::Progress, shaders, shot, timed::median_ranks};
 
 /// Times both variants and prints the ratios of their times.
-pub fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> {
-    let variants = args.pair.iter().map(|words| variant(args, said, words)).collect::<Result<Vec<_>, _>>()?;
+pub fn run(args: &ReplayArgs, matches: &ArgMatches) -> Result<(), CliError> {
+    let variants = args.pair.iter().map(|words| variant(args, matches, words)).collect::<Result<Vec<_>, _>>()?;
     let mut progress = Progress::start(variants[0].0.args.run.quiet);
     let (mut devices, mut plans, mut players) = (Vec::new(), Vec::new(), Vec::new());
     for (shot, recorded, texts) in variants {
@@ -42,13 +42,13 @@ pub fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<(), CliError> {
 /// A variant, flags or a folder of shaders: its simulation and its shaders.
 fn variant(
     args: &ReplayArgs,
-    said: &ArgMatches,
+    matches: &ArgMatches,
     words: &str,
 ) -> Result<(shot::Shot, Option<Cameras>, ShaderTexts), CliError> {
     let folder = Some(Path::new(words)).filter(|folder| folder.is_dir());
     let own = if folder.is_some() { "" } else { words };
     let command = Command::new("--pair").no_binary_name(true).disable_help_flag(true).args_override_self(true);
-    let line = shot::words(said).into_iter().chain(own.split_whitespace().map(Into::into));
+    let line = shot::words(matches).into_iter().chain(own.split_whitespace().map(Into::into));
     let flags = args::SharedFlags::<SimulationArgs>::augment_args(command).try_get_matches_from(line);
     let flags = flags.map_err(|error| {
         let (what, hint) = (error.to_string(), "name flags of `render`, or a folder of shaders");

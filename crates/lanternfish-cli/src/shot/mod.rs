@@ -3,15 +3,15 @@
 //! `lanternfish help shot` has an example.
 //!
 //! A key is the long name of a flag, and a table is the flag's heading in `lanternfish help render --all`. Both come
-//! from the flags themselves, so a new flag is a new key. The library reads settings, as it declares them, into values
-//! of their own types; the flags' own parsers read the rest. Only `scene`, and `interpolation` and `keyframes` of
-//! `[track]`, have no flag. A technique with its parameters may be a table: `[indirect.sampled]`. Paths are relative to
-//! the shot's folder. A flag on the command line overrides the shot's key; `--point`, `--disk` and `--rectangle` add to
-//! the shot's.
+//! from the flags themselves, so a new flag is a new key. A key is read into the field that its flag fills
+//! ([`crate::args::flags`]), a setting into a value of its own type. Only `scene`, and `interpolation` and `keyframes`
+//! of `[track]`, have no flag. A technique with its parameters may be a table: `[indirect.sampled]`. Paths are relative
+//! to the shot's folder. A flag on the command line overrides the shot's key; `--point`, `--disk` and `--rectangle` add
+//! to the shot's.
 
 mod camera_path;
 mod frames;
-mod keys;
+mod given;
 mod read;
 pub mod shown;
 mod track;
@@ -26,19 +26,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{ArgMatches, parser::ValueSource};
-use lanternfish::settings::GivenSettings;
-use lanternfish_scene::nearest;
+use clap::ArgMatches;
 
 use crate::{
-    args::{RenderArgs, settings},
+    args::{
+        RenderArgs,
+        flags::Flags as _,
+        keys::{is_given, keys},
+        spelling::Form,
+    },
     ending::has_ending,
     error::CliError,
-    output, paper,
+    output,
     scene::SceneName,
 };
 use camera_path::{CameraPath, RecordedPath};
-use keys::{Key, Kind, of_id};
+use given::Given;
 
 /// Text after the help of `shot`.
 pub(crate) const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
@@ -81,79 +84,22 @@ pub struct Shot {
     pub args: RenderArgs,
     /// How the camera moves, if it does.
     path: Option<CameraPath>,
-    /// The given flags of the command itself, as in [`Given`].
-    flags: Vec<(String, OsString)>,
-}
-
-/// What a command line or the keys of a shot give.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Given {
-    /// Flags of the command itself, by id, as they are spelled: so they are written to a shot again. A shot's come
-    /// first.
-    flags: Vec<(String, OsString)>,
-    /// Settings.
-    settings: GivenSettings,
-}
-
-impl Given {
-    /// The flags on the command line of a command with some or all flags of `render`, under the same ids.
-    fn of(matches: &ArgMatches) -> Self {
-        let mut flags = Vec::new();
-        let is_flag = |key: &Key| key.setting.is_none() && matches.ids().any(|id| id.as_str() == key.id);
-        for key in keys::keys().into_iter().filter(is_flag) {
-            if matches.value_source(&key.id) == Some(ValueSource::CommandLine) {
-                let values = matches.get_raw(&key.id).into_iter().flatten();
-                flags.extend(values.map(|value| (key.id.clone(), value.to_owned())));
-            }
-        }
-        Self { flags, settings: settings::given(matches) }
-    }
-
-    /// Flags by name and value. An error is the name, what is wrong, and a hint.
-    fn named(flags: &[(String, String)]) -> Result<Self, [String; 3]> {
-        let (keys, mut given) = (keys::keys(), Self::default());
-        for (name, value) in flags {
-            let Some(key) = keys.iter().find(|key| key.is_called(name)) else {
-                let nearest = nearest(name, &keys.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
-                return Err([name.clone(), "there is none".to_owned(), format!("it may be {nearest:?}")]);
-            };
-            match &key.setting {
-                Some(setting) => {
-                    let value = setting.read(value).map_err(|what| [name.clone(), what, String::new()])?;
-                    given.settings.give(setting.info.name, value);
-                }
-                None => given.flags.push((key.id.clone(), value.into())),
-            }
-        }
-        match keys::refused(&keys, &given.flags) {
-            Some((index, what)) => Err([of_id(&keys, &given.flags[index].0).name.clone(), what, String::new()]),
-            None => Ok(given),
-        }
-    }
-
-    /// With the settings of `--as PAPER` below the others.
-    fn with_paper(self) -> Self {
-        let named = self.flags.iter().rev().find(|(id, _)| id == paper::ID);
-        let settings = paper::given(named.map(|(_, name)| name.as_os_str()));
-        Self { settings: self.settings.above(settings), ..self }
-    }
+    /// The ids of the given flags of the command itself.
+    ids: Vec<String>,
 }
 
 /// Resolves the arguments of a command: its `scene`, or the shot that it names, with its flags. For every command with
 /// some or all flags of `render`, under the same ids.
 pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
-    let given = Given::of(matches).with_paper();
-    let shot = match is_shot(scene) {
-        true => read_with(scene.path(), given)?,
-        false => Shot { args: parsed_or_exit(scene, &given), path: None, flags: given.flags },
-    };
+    let given = Given::of(matches);
+    let shot = if is_shot(scene) { read_with(scene.path(), given)? } else { given.shot(scene.clone(), None) };
     shot.check()?;
     Ok(shot)
 }
 
 /// A scene without flags.
 pub(crate) fn plain(scene: &SceneName) -> Shot {
-    Shot { args: parsed_or_exit(scene, &Given::default()), path: None, flags: Vec::new() }
+    Given::default().shot(scene.clone(), None)
 }
 
 /// True if a source is a shot or a recording, not a scene.
@@ -183,14 +129,10 @@ fn read_with(path: &Path, given: Given) -> Result<Shot, CliError> {
 
 /// The scene of this name, or the shot with this text, with flags by their names.
 pub fn with_flags(scene: &SceneName, text: Option<&str>, flags: &[(String, String)]) -> Result<Shot, CliError> {
-    let given =
-        Given::named(flags).map_err(|[name, what, hint]| CliError::new(format!("{name}: {what}"), hint))?.with_paper();
+    let given = Given::named(flags).map_err(|[name, what, hint]| CliError::new(format!("{name}: {what}"), hint))?;
     let shot = match text {
         Some(text) => of_text(scene.path(), text, given)?,
-        None => {
-            let args = parsed(scene, &given).map_err(|error| refused(scene, &error))?;
-            Shot { args, path: None, flags: given.flags }
-        }
+        None => given.shot(scene.clone(), None),
     };
     shot.check()?;
     Ok(shot)
@@ -198,96 +140,28 @@ pub fn with_flags(scene: &SceneName, text: Option<&str>, flags: &[(String, Strin
 
 fn of_text(path: &Path, text: &str, over: Given) -> Result<Shot, CliError> {
     let read::File { scene, given, path: camera_path } = read::file(path, text)?;
-    let Given { mut flags, settings } = given.with_paper();
-
-    // A time or frames on the command line replace both keys of the shot. An orbit may have both.
-    let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
-    let is_orbit = flags.iter().chain(&over.flags).any(|(id, _)| id == "orbit");
-    if !is_orbit && over.flags.iter().any(chooses_when) {
-        flags.retain(|flag| !chooses_when(flag));
-    }
-    // Likewise, camera flags on the command line replace the shot's other way of placing the camera.
-    let way = |id: &str| WAYS.iter().position(|way| way.contains(&id));
-    let lens = |id: &str| LENSES.iter().position(|lens| *lens == id);
-    for (id, _) in &over.flags {
-        let replaces = |of: &dyn Fn(&str) -> Option<usize>, other: &str| {
-            of(id).is_some_and(|of_id| of(other).is_some_and(|of_other| of_other != of_id))
-        };
-        flags.retain(|(other, _)| !replaces(&way, other) && !replaces(&lens, other));
-    }
-    flags.extend(over.flags);
-    let given = Given { flags, settings: over.settings.above(settings) };
-    let mut args = parsed(&scene, &given).map_err(|error| refused(&path.display(), &error))?;
-    if args.output.output.is_none() {
+    let mut shot = over.over(&given).shot(scene, camera_path);
+    shot.args.output.output.get_or_insert_with(|| {
         let mut name = path.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
-        args.output.output = Some(PathBuf::from(name));
-    }
-    Ok(Shot { args, path: camera_path, flags: given.flags })
+        PathBuf::from(name)
+    });
+    Ok(shot)
 }
 
 /// The given flags as words of the command line.
 pub(crate) fn words(matches: &ArgMatches) -> Vec<OsString> {
-    let (keys, given) = (keys::keys(), Given::of(matches));
-    let flags = given.flags.iter().filter_map(|(id, value)| of_id(&keys, id).word(value));
-    flags.chain(given.settings.texts().map(|(name, text)| format!("--{name}={text}").into())).collect()
+    let keys = keys();
+    let given = keys.iter().filter(|key| is_given(matches, &key.id));
+    given.flat_map(|key| matches.get_raw(&key.id).into_iter().flatten().filter_map(|value| key.word(value))).collect()
 }
-
-/// The arguments of `render` with these flags, which have been accepted individually.
-fn parsed(scene: &SceneName, given: &Given) -> Result<RenderArgs, clap::Error> {
-    let keys = keys::keys();
-    let words = given.flags.iter().filter_map(|(id, value)| of_id(&keys, id).word(value));
-    let mut args = RenderArgs::of(words.chain(["--".into(), scene.spelling().to_owned()]))?;
-    args.give(&given.settings);
-    Ok(args)
-}
-
-/// The same of the command line itself: a mistake ends the process.
-fn parsed_or_exit(scene: &SceneName, given: &Given) -> RenderArgs {
-    parsed(scene, given).unwrap_or_else(|error| error.exit())
-}
-
-/// The error for flags of `source` that do not go together.
-fn refused(source: &dyn std::fmt::Display, error: &clap::Error) -> CliError {
-    let text = error.to_string();
-    let what = text.trim_start_matches("error: ").split("\n\n").next().unwrap_or_default();
-    CliError::new(format!("{source}: {what}"), "leave one of them out")
-}
-
-/// Ways of placing the camera, of which one counts.
-const WAYS: [&[&str]; 4] =
-    [&["eye", "target", "camera"], &["view"], &["pose", "pose_convention"], &["azimuth", "elevation"]];
-/// Flags of the field of view, of which one counts.
-const LENSES: [&str; 2] = ["fov_y", "intrinsics"];
 
 /// Flags of camera, time and output. A recording has its own camera and time.
-const OF_IMAGES: [&str; 26] = [
-    "adapter",
-    "eye",
-    "target",
-    "azimuth",
-    "elevation",
-    "fov_y",
-    "camera",
-    "view",
-    "time",
-    "frames",
-    "orbit",
-    "fps",
-    "pose",
-    "pose_convention",
-    "intrinsics",
-    "output",
-    "outputs",
-    "classes",
-    "legend",
-    "open",
-    "skip_existing",
-    "accumulate",
-    "timings",
-    "report",
-    "progress",
-    "quiet",
+const OF_IMAGES: [&[&str]; 4] = [
+    &["adapter", "timings", "report", "progress", "quiet"],
+    &["eye", "target", "azimuth", "elevation", "fov_y", "camera", "view", "pose", "pose_convention", "intrinsics"],
+    &["time", "frames", "orbit", "fps", "skip_existing", "accumulate"],
+    &["output", "outputs", "classes", "legend", "open"],
 ];
 
 impl Shot {
@@ -299,32 +173,30 @@ impl Shot {
         }
     }
 
-    /// The names of all given flags.
-    pub fn names(&self) -> Vec<String> {
-        let settings = self.args.given();
-        let is_given = |key: &Key| settings.get(&key.name).is_some() || self.flags.iter().any(|(id, _)| *id == key.id);
-        keys::keys().into_iter().filter(is_given).map(|key| key.name).collect()
+    /// True if the flag of this id, or the setting of this name, is given.
+    pub fn gives(&self, name: &str) -> bool {
+        self.ids.iter().any(|id| id == name) || self.args.given().get(name).is_some()
     }
 
     /// The given flags of scene, light and technique, for a recording: name and value. Paths are absolute.
     pub fn flags_of_recording(&self) -> Result<Vec<(String, String)>, CliError> {
-        let keys = keys::keys();
-        let recorded = self.flags.iter().filter(|(id, _)| !OF_IMAGES.contains(&id.as_str()));
-        let own = recorded.map(|(id, value)| {
-            let key = of_id(&keys, id);
-            let value = match key.kind {
-                Kind::Path => std::path::absolute(value).unwrap_or_else(|_| value.into()).into_os_string(),
-                _ => value.clone(),
-            };
-            let value = value.into_string().map_err(|value| {
-                let what = format_args!("--{} {}: not UTF-8", key.name, value.display()).to_string();
-                CliError::new(what, "a recording is text: give it another name")
-            });
-            Ok((key.name.clone(), value?))
-        });
+        let (keys, of_images, mut flags) = (keys(), OF_IMAGES.concat(), Vec::new());
+        let given = keys.iter().filter(|key| self.ids.contains(&key.id));
+        for key in given.filter(|key| !of_images.contains(&key.id.as_str())) {
+            for value in self.args.texts(&key.id) {
+                let is_path = key.form(&self.args) == Form::Path;
+                let absolute = is_path.then(|| std::path::absolute(&value).ok()).flatten();
+                let value = absolute.map_or(value, PathBuf::into_os_string).into_string().map_err(|value| {
+                    let what = format_args!("--{} {}: not UTF-8", key.name, value.display()).to_string();
+                    CliError::new(what, "a recording is text: give it another name")
+                });
+                flags.push((key.name.clone(), value?));
+            }
+        }
         let settings = self.args.given();
-        let settings = settings.texts().filter(|(name, _)| !OF_IMAGES.contains(name));
-        own.chain(settings.map(|(name, text)| Ok((name.to_owned(), text)))).collect()
+        let settings = settings.texts().filter(|(name, _)| !of_images.contains(name));
+        flags.extend(settings.map(|(name, text)| (name.to_owned(), text)));
+        Ok(flags)
     }
 }
 

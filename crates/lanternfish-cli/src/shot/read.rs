@@ -1,13 +1,8 @@
-//! Reads a shot's text: settings as their own types, other keys as flags of the command. Every error has a line and a
-//! column.
+//! Reads a shot's text into the fields that flags fill. Every error has a line and a column.
 
-use std::{
-    ffi::{OsStr, OsString},
-    ops::Range,
-    path::Path,
-};
+use std::{ffi::OsString, ops::Range, path::Path};
 
-use lanternfish::settings::Preset;
+use lanternfish::{settings::Preset, technique::Range::Switch};
 use lanternfish_scene::{Value, nearest};
 use toml::{
     Spanned,
@@ -15,21 +10,24 @@ use toml::{
 };
 
 use super::{
-    Given,
     camera_path::{CameraPath, RecordedPath},
-    keys::{Key, Kind, keys, of_id, refused},
+    given::Given,
     track::{Interpolation, Moment, Track},
 };
 use crate::{
+    args::{
+        keys::{Key, keys},
+        spelling::{Form, FovY, Position, Seconds, Spelling},
+    },
     error::CliError,
-    mistakes, parse,
+    mistakes,
     recording::{self, Recorded},
     scene::SceneName,
 };
 
 /// The contents of a shot.
 #[derive(Debug)]
-pub struct File {
+pub(super) struct File {
     /// A file, relative to the current folder, or `demo:NAME`.
     pub scene: SceneName,
     /// Its keys.
@@ -41,15 +39,15 @@ pub struct File {
 #[derive(Default)]
 struct Tables {
     given: Given,
-    /// Where the values of flags of the command stand.
-    places: Vec<Range<usize>>,
+    /// Where keys of flags of the command stand, by their names.
+    places: Vec<(String, usize)>,
     path: Option<CameraPath>,
 }
 
 type Entry<'t> = (&'t str, Range<usize>, &'t Spanned<DeValue<'t>>);
 
 /// Reads the shot at `path`.
-pub fn file(path: &Path, text: &str) -> Result<File, CliError> {
+pub(super) fn file(path: &Path, text: &str) -> Result<File, CliError> {
     Reader { path, text, keys: &keys() }.file()
 }
 
@@ -70,7 +68,7 @@ impl Reader<'_> {
         }
         let (mut scene, mut tables) = (None, Tables::default());
         for (name, place, value) in entries(root.get_ref()) {
-            let table = value.get_ref();
+            let no_table = || self.error(place.start, &format!("`{name}` is a table"), format!("write [{name}]"));
             match name {
                 "scene" => scene = Some(self.scene(value)?),
                 _ if !self.keys.iter().any(|key| key.table == name) => {
@@ -78,21 +76,16 @@ impl Reader<'_> {
                     return Err(self.unknown(place.start, name, None, tables));
                 }
                 _ => {
-                    let DeValue::Table(table) = table else {
-                        return Err(self.error(
-                            place.start,
-                            &format!("`{name}` is a table"),
-                            format!("write [{name}]"),
-                        ));
-                    };
+                    let DeValue::Table(table) = value.get_ref() else { return Err(no_table()) };
                     self.table(name, table, &mut tables)?;
                 }
             }
         }
         let Tables { given, places, path } = tables;
-        if let Some((index, reason)) = refused(self.keys, &given.flags) {
-            let key = of_id(self.keys, &given.flags[index].0);
-            return Err(self.wrong(&key.name, places[index].clone(), &reason));
+        if let Some([first, second]) = given.conflict() {
+            let place = places.iter().find(|(name, _)| *name == second).map_or(0, |(_, place)| *place);
+            let what = format!("`{second}` cannot be used with `{first}`");
+            return Err(self.error(place, &what, "leave one of them out"));
         }
         let scene = scene.ok_or_else(|| self.error(0, "no scene", "start with scene = \"FILE\""))?;
         Ok(File { scene, given, path })
@@ -125,15 +118,16 @@ impl Reader<'_> {
         let (mut interpolation, mut keyframes) = (Interpolation::default(), None);
         for (name, place, value) in entries(content) {
             if let Some(key) = self.keys.iter().find(|key| key.table == table && key.is_called(name)) {
-                self.key(key, value, tables)?;
+                tables.places.push((key.name.clone(), place.start));
+                self.key(key, value, &mut tables.given)?;
                 continue;
             }
             if let (DeValue::Table(parameters), Some(kind)) = (value.get_ref(), self.kind(table, name)) {
-                self.technique(kind, name, parameters, tables)?;
+                self.technique(kind, name, parameters, &mut tables.given)?;
                 continue;
             }
             match (table, name) {
-                ("track", "interpolation") => interpolation = self.interpolation(value)?,
+                ("track", "interpolation") => interpolation = self.value::<Interpolation>(name, value)?,
                 ("track", "keyframes") => keyframes = Some(self.keyframes(value)?),
                 _ => {
                     let here = self.keys.iter().filter(|key| key.table == table).map(|key| key.name.as_str());
@@ -161,10 +155,10 @@ impl Reader<'_> {
         (kind, technique): (&'static str, Value),
         name: &str,
         content: &DeTable<'_>,
-        tables: &mut Tables,
+        given: &mut Given,
     ) -> Result<(), CliError> {
-        tables.given.settings.give(kind, technique);
-        let chosen = tables.given.settings.over(Preset::default());
+        given.settings.give(kind, technique);
+        let chosen = given.settings.over(Preset::default());
         let is_own = |key: &&Key| {
             key.setting.as_ref().is_some_and(|setting| setting.kind == kind && setting.info.name != kind)
                 && chosen.value(&key.name).flatten().is_some()
@@ -176,57 +170,53 @@ impl Reader<'_> {
                 let what = format!("{name} has no parameter {parameter:?}; did you mean {near:?}?");
                 return Err(self.error(place.start, &what, "`lanternfish help render --all` lists parameters"));
             };
-            self.key(key, value, tables)?;
+            self.key(key, value, given)?;
         }
         Ok(())
     }
 
-    /// The value of a key.
-    fn key(&self, key: &Key, value: &Spanned<DeValue<'_>>, tables: &mut Tables) -> Result<(), CliError> {
+    /// The values of a key.
+    fn key(&self, key: &Key, value: &Spanned<DeValue<'_>>, given: &mut Given) -> Result<(), CliError> {
         let wrong = |value: &Spanned<DeValue<'_>>, expected: &str| self.wrong(&key.name, value.span(), expected);
-        let expected = || format!("expected {}", key.expected());
-        if let Some(setting) = &key.setting {
-            let read = scalar(value.get_ref()).ok_or_else(expected).and_then(|text| setting.read(&text));
-            let read = read.map_err(|what| if key.kind == Kind::Switch { expected() } else { what });
-            tables.given.settings.give(setting.info.name, read.map_err(|what| wrong(value, &what))?);
-            return Ok(());
-        }
+        let is_switch = key.setting.as_ref().is_some_and(|setting| matches!(setting.info.range, Switch(..)));
+        // The library declares how a setting reads a text, from a value of any type.
+        let form = if key.setting.is_some() { Form::Numbers(',') } else { key.form(&given.args) };
+        let is_entry = |value: &DeValue<'_>| matches!(value, DeValue::Array(_) | DeValue::String(_));
         let values: Vec<&Spanned<DeValue<'_>>> = match value.get_ref() {
-            DeValue::Array(list) if key.repeats => list.iter().collect(),
-            _ if key.repeats => return Err(wrong(value, &expected())),
+            DeValue::Array(list) if key.is_list() && list.iter().all(|entry| is_entry(entry.get_ref())) => {
+                list.iter().collect()
+            }
+            _ if key.is_list() => return Err(wrong(value, &key.expected(form))),
             _ => vec![value],
         };
         for value in values {
-            let word = self.word(key.kind, value.get_ref()).ok_or_else(|| wrong(value, &expected()))?;
-            tables.given.flags.push((key.id.clone(), word));
-            tables.places.push(value.span());
+            let read = match self.text(value.get_ref(), form) {
+                None if key.setting.is_none() => Err(key.expected(form)),
+                text => given.read(key, &text.unwrap_or_default()),
+            };
+            read.map_err(|what| wrong(value, if is_switch { "expected true or false" } else { &what }))?;
         }
         Ok(())
     }
 
-    /// The value of a flag of the command, as the command line spells it.
-    fn word(&self, kind: Kind, value: &DeValue<'_>) -> Option<OsString> {
-        Some(match (kind, value) {
-            (Kind::Flag, DeValue::Boolean(on)) => on.to_string().into(),
-            (Kind::Path, DeValue::String(path)) if path.is_empty() => OsString::new(),
-            (Kind::Path, DeValue::String(path)) => self.beside(path).into_os_string(),
-            (Kind::Text | Kind::NumberOrWord | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
-                OsStr::new(text.as_ref()).to_owned()
-            }
-            (Kind::Number | Kind::NumberOrWord, number) => digits(number)?.into(),
-            (Kind::Numbers | Kind::Size, DeValue::Array(list)) => {
-                let numbers: Option<Vec<_>> = list.iter().map(|number| digits(number.get_ref())).collect();
-                numbers?.join(if kind == Kind::Size { "x" } else { "," }).into()
-            }
-            _ => return None,
-        })
+    /// A value of this spelling.
+    fn value<S: Spelling>(&self, name: &str, value: &Spanned<DeValue<'_>>) -> Result<S::Value, CliError> {
+        let text = self.text(value.get_ref(), S::FORM).unwrap_or_default();
+        S::read(&text).map_err(|what| self.wrong(name, value.span(), &what))
     }
 
-    fn interpolation(&self, value: &Spanned<DeValue<'_>>) -> Result<Interpolation, CliError> {
-        let name = if let DeValue::String(name) = value.get_ref() { name } else { "" };
-        Interpolation::NAMES.iter().find(|(other, _)| *other == name).map(|(_, value)| *value).ok_or_else(|| {
-            let names = Interpolation::NAMES.map(|(name, _)| name).join(", ");
-            self.wrong("interpolation", value.span(), &format!("expected one of {names}"))
+    /// The text of a value, as the command line spells it; `None` for what has no such form.
+    fn text(&self, value: &DeValue<'_>, form: Form) -> Option<OsString> {
+        Some(match (value, form) {
+            (DeValue::String(path), Form::Path) if !path.is_empty() => self.beside(path).into_os_string(),
+            (DeValue::String(text), _) => text.as_ref().into(),
+            (_, Form::Path | Form::Text) => return None,
+            (DeValue::Boolean(on), _) => if *on { "on" } else { "off" }.into(),
+            (DeValue::Array(list), Form::Numbers(separator)) => {
+                let numbers: Option<Vec<_>> = list.iter().map(|number| digits(number.get_ref())).collect();
+                numbers?.join(&separator.to_string()).into()
+            }
+            (number, _) => digits(number)?.into(),
         })
     }
 
@@ -260,18 +250,13 @@ impl Reader<'_> {
     }
 
     fn keyframe(&self, place: usize, table: &DeTable<'_>) -> Result<Moment, CliError> {
-        let mut frame = Moment::default();
-        let mut time = None;
+        let (mut frame, mut time) = (Moment::default(), None);
         for (name, place, value) in entries(table) {
-            let kind = if matches!(name, "eye" | "target") { Kind::Numbers } else { Kind::Number };
-            let word = self.word(kind, value.get_ref()).and_then(|word| word.into_string().ok());
-            let word = word.as_deref().unwrap_or_default();
-            let wrong = |reason: String| self.wrong(name, value.span(), &reason);
             match name {
-                "time" => time = Some(parse::time(word).map_err(wrong)?),
-                "eye" => frame.eye = Some(parse::position(word).map_err(wrong)?),
-                "target" => frame.target = Some(parse::position(word).map_err(wrong)?),
-                "fov-y" => frame.fov_y = Some(parse::fov_y(word).map_err(wrong)?),
+                "time" => time = Some(self.value::<Seconds>(name, value)?),
+                "eye" => frame.eye = Some(self.value::<Position>(name, value)?),
+                "target" => frame.target = Some(self.value::<Position>(name, value)?),
+                "fov-y" => frame.fov_y = Some(self.value::<FovY>(name, value)?),
                 _ => {
                     let names = ["time", "eye", "target", "fov-y"];
                     return Err(self.unknown(place.start, name, Some("keyframes"), names.into_iter()));
@@ -337,18 +322,6 @@ fn entries<'t>(table: &'t DeTable<'t>) -> Vec<Entry<'t>> {
         table.iter().map(|(name, value)| (name.get_ref().as_ref(), name.span(), value)).collect();
     entries.sort_by_key(|(_, span, _)| span.start);
     entries
-}
-
-/// The value of a setting as text: a number, a switch, a string or a list of numbers.
-fn scalar(value: &DeValue<'_>) -> Option<String> {
-    match value {
-        DeValue::String(text) => Some(text.to_string()),
-        DeValue::Boolean(on) => Some(if *on { "on" } else { "off" }.to_owned()),
-        DeValue::Array(list) => {
-            list.iter().map(|number| digits(number.get_ref())).collect::<Option<Vec<_>>>().map(|list| list.join(","))
-        }
-        number => digits(number),
-    }
 }
 
 /// A number in the command line's spelling.

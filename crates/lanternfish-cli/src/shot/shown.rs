@@ -1,47 +1,38 @@
 //! Converts the state of a window to the shot that renders it: every setting as a flag, the camera, and the added
 //! lights.
 //!
-//! The result is parsed again to verify it. Settings or a camera that flags cannot express give an error.
+//! Settings or a camera that flags cannot express give an error.
 
 use std::ffi::OsString;
 
 use glam::Vec3;
 use lanternfish::settings::{GivenSettings, Settings};
 use lanternfish_scene::{
-    Camera, Eyes, Light, LightKind, Projection, Scene,
+    Camera, Eyes, Light, Projection, Scene,
     generate::Rain,
     motion::Moment,
     rig::{self, LightRig},
 };
 
-use super::{
-    Given, Shot,
-    keys::{Key, keys, of_id},
-    parsed, write,
+use super::{Shot, given::Given, write};
+use crate::{
+    args::{RenderArgs, flags::Flags as _, keys::keys},
+    camera,
+    error::CliError,
+    parse::{self, Size},
 };
-use crate::{camera, error::CliError, stereo};
 
-/// Flags of things that a window does not show. They are dropped.
-const LEFT_BEHIND: [&str; 18] = [
-    "as",
-    "output",
-    "outputs",
-    "classes",
-    "legend",
-    "open",
-    "quality",
-    "stereo-layout",
-    "time",
-    "frames",
-    "orbit",
-    "fps",
-    "animation",
-    "skip-existing",
-    "timings",
-    "report",
-    "progress",
-    "quiet",
+/// Ids of flags of things that a window does not show. They are dropped.
+const LEFT_BEHIND: [&[&str]; 3] = [
+    &["paper", "quality", "timings", "report", "progress", "quiet"],
+    &["output", "outputs", "classes", "legend", "open", "stereo_layout"],
+    &["time", "frames", "orbit", "fps", "animation", "skip_existing"],
 ];
+/// Ids of flags of the camera.
+const OF_CAMERA: [&str; 9] =
+    ["eye", "target", "fov_y", "view", "azimuth", "elevation", "pose", "pose_convention", "intrinsics"];
+/// Ids of flags whose values the window has.
+const OF_WINDOW: [&str; 7] = ["size", "stereo", "points", "disks", "rectangles", "sun", "light_rig"];
 /// Cameras farther apart than this are different: m, and as a fraction of the scene's size.
 const SAME_PLACE: f32 = 1e-4;
 
@@ -81,81 +72,57 @@ impl Opened {
     /// belong to a rig, and those of `rain` fall.
     pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize, rain: Option<Rain>) -> Self {
         let flags = &shot.args.lights;
-        let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
+        let added = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
         let (before, of_rig) = scene.lights.split_at(scene.lights.len() - by_rig);
         let is_studio = flags.environment.is_none() && scene.environment == Some(rig::studio(camera));
         let of_studio = if is_studio { of_rig.to_vec() } else { Vec::new() };
-        Self { fixed: before[..before.len() - said].to_vec(), rain, of_studio, is_studio, shot }
+        Self { fixed: before[..before.len() - added].to_vec(), rain, of_studio, is_studio, shot }
     }
 
     /// The shot of the window's state, and its camera, which equals the window's except for rounding.
     pub fn shown(&self, shown: &Shown<'_>) -> Result<(Shot, Camera), CliError> {
-        let keys = keys();
-        let is_camera = |name: &str| {
-            matches!(
-                name,
-                "eye"
-                    | "target"
-                    | "fov-y"
-                    | "view"
-                    | "azimuth"
-                    | "elevation"
-                    | "pose"
-                    | "pose-convention"
-                    | "intrinsics"
-            )
-        };
         let aspect = shown.size[0] as f32 / shown.size[1] as f32;
         let choose = |view| camera::choose(shown.scene, view, aspect);
         let stands = self.shot.path.is_none() && choose(&self.shot.args.view)? == *shown.camera;
-        // Unchanged eyes keep their spelling.
-        let are_other_eyes = self.shot.args.stereo.stereo != shown.eyes;
-        let stays = |(id, _): &&(String, OsString)| {
-            let name = of_id(&keys, id).name.as_str();
-            let is_light = matches!(name, "point" | "disk" | "rectangle" | "sun" | "light-rig" | "size");
-            let is_other = name == "stereo" && are_other_eyes;
-            !(LEFT_BEHIND.contains(&name) || is_other || is_light || (is_camera(name) && !stands))
+        let stays = |id: &&String| {
+            let is_one_of = |ids: &[&str]| ids.contains(&id.as_str());
+            !(is_one_of(&LEFT_BEHIND.concat()) || is_one_of(&OF_WINDOW) || (is_one_of(&OF_CAMERA) && !stands))
         };
-        let mut flags: Vec<_> = self.shot.flags.iter().filter(stays).cloned().collect();
-        let mut say = |name: &str, text: String| {
-            let key = keys.iter().find(|key| key.name == name).expect("a flag of render");
-            flags.push((key.id.clone(), text.into()));
-        };
-        say("size", format!("{}x{}", shown.size[0], shown.size[1]));
-        if let Some(eyes) = shown.eyes.filter(|_| are_other_eyes) {
-            say("stereo", stereo::text(eyes));
+        let mut given = Given { settings: GivenSettings::of(shown.settings), ..Given::default() };
+        for id in self.shot.ids.iter().filter(stays) {
+            given.put(id, |args| args.copy(id, &self.shot.args));
+        }
+        let [width, height] = shown.size;
+        given.put("size", |args| args.output.size = Size { width, height });
+        if shown.eyes.is_some() {
+            given.put("stereo", |args| args.stereo.stereo = shown.eyes);
         }
         if let Some(Moment { animation, time }) = shown.moment {
-            match animation {
-                Some(animation) => say("animation", animation.to_string()),
-                None if shown.scene.motion.animations.is_empty() => {}
-                None => {
-                    let what = "flags cannot express falling rain without the file's animations";
-                    return Err(CliError::new(what, "choose an animation below the image"));
-                }
+            if let Some(animation) = animation {
+                given.put("animation", |args| args.track.animation = Some(animation.to_string()));
+            } else if !shown.scene.motion.animations.is_empty() {
+                let what = "flags cannot express falling rain without the file's animations";
+                return Err(CliError::new(what, "choose an animation below the image"));
             }
-            say("time", time.to_string());
+            given.put("time", |args| args.track.time = Some(time));
         }
         if !stands {
             let eye = shown.camera.eye();
             let forward = shown.camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
+            given.put("eye", |args| args.view.eye = Some(eye));
             // Place the target as far away as the eye is from the origin, so that both have the same rounding error.
-            say("eye", numbers(&eye.to_array()));
-            say("target", numbers(&(eye + eye.length().max(1.0) * forward).to_array()));
+            given.put("target", |args| args.view.target = Some(eye + eye.length().max(1.0) * forward));
             if let Projection::Perspective { fov_y, .. } = shown.camera.projection {
-                say("fov-y", fov_y.to_degrees().to_string());
+                // The angle of a number of degrees.
+                given.put("fov_y", |args| args.view.fov_y = Some(fov_y.to_degrees().to_radians()));
             }
         }
-        self.lights(shown, &mut say)?;
-        flags.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
+        self.lights(shown, &mut given)?;
 
-        let scene = &self.shot.args.scene;
-        let given = Given { flags, settings: GivenSettings::of(shown.settings) };
-        let args = parsed(scene, &given).map_err(|error| super::refused(scene, &error))?;
-        let shot = Shot { args, path: None, flags: given.flags };
-        let said = shot.args.settings();
-        if said != *shown.settings {
-            let what = differing(&said, shown.settings);
+        let shot = given.shot(self.shot.args.scene.clone(), None);
+        let settings = shot.args.settings();
+        if settings != *shown.settings {
+            let what = differing(&settings, shown.settings);
             return Err(CliError::new(format!("flags cannot express these settings: {what}"), "choose others"));
         }
         let camera = choose(&shot.args.view)?;
@@ -166,7 +133,7 @@ impl Opened {
         Ok((shot, camera))
     }
 
-    fn lights(&self, shown: &Shown<'_>, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
+    fn lights(&self, shown: &Shown<'_>, given: &mut Given) -> Result<(), CliError> {
         let hint = "added lights may have any position; render this from a program, or restore these lights";
         let (scene, mut fixed) = (shown.scene, self.fixed.clone());
         if let Some(Moment { animation, time }) = shown.moment {
@@ -185,20 +152,22 @@ impl Opened {
         };
         let mut suns = 0;
         for light in more.iter().filter(|light| !self.of_studio.contains(light)) {
-            let (name, text) = said(light).map_err(|what| CliError::new(what, hint))?;
-            suns += usize::from(name == "sun");
+            let (id, text) = parse::light_text(light).map_err(|what| CliError::new(what, hint))?;
+            suns += usize::from(id == "sun");
             if suns > 1 {
                 return Err(CliError::new("there is more than one sun, which flags cannot express", hint));
             }
-            say(name, text);
+            let read = given.put(id, |args| args.read(id, text.as_ref()));
+            read.map_err(|what| CliError::new(format_args!("flags cannot express a light, {text}: {what}"), hint))?;
         }
         let sky = self.shot.args.lights.sky.unwrap_or_default();
         if scene.environment.is_none() && scene.sky != sky {
-            say("sky", numbers(&scene.sky.to_array()));
+            given.put("sky", |args| args.lights.sky = Some(scene.sky));
         }
         // Name the rig explicitly, so that `render` adds no other one. The studio is an environment that only the rig
         // creates.
-        say("light-rig", if self.is_studio { LightRig::Studio } else { LightRig::None }.to_string());
+        let rig = if self.is_studio { LightRig::Studio } else { LightRig::None };
+        given.put("light_rig", |args| args.lights.light_rig = Some(rig));
         Ok(())
     }
 
@@ -222,13 +191,12 @@ pub fn command_line(shot: &Shot) -> String {
             given = without;
         }
     }
-    let texts: Vec<_> = given.texts().collect();
+    let (texts, usual): (Vec<_>, _) = (given.texts().collect(), RenderArgs::default());
     let words = keys.iter().flat_map(|key| {
-        let is_other = |value: &&OsString| key.default() != Some(value.as_os_str());
-        let own = shot.flags.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value).filter(is_other);
-        let setting = texts.iter().filter(|(name, _)| *name == key.name);
-        let setting = setting.map(|(name, text)| OsString::from(format!("--{name}={text}")));
-        own.filter_map(|value| key.word(value)).chain(setting).collect::<Vec<_>>()
+        let setting = texts.iter().filter(|(name, _)| *name == key.name).map(|(_, text)| text.into());
+        let own = if shot.ids.contains(&key.id) { shot.args.texts(&key.id) } else { Vec::new() };
+        let own = if own == usual.texts(&key.id) { Vec::new() } else { own };
+        own.into_iter().chain(setting).filter_map(|text: OsString| key.word(&text)).collect::<Vec<_>>()
     });
     let scene = shot.args.scene.spelling().to_owned();
     let line = ["lanternfish".into(), "render".into(), scene].into_iter().chain(words);
@@ -242,45 +210,6 @@ pub(crate) fn quoted(word: &str) -> String {
         true => word.to_owned(),
         false => format!("'{}'", word.replace('\'', r"'\''")),
     }
-}
-
-/// The flag that adds a light: name and value.
-fn said(light: &Light) -> Result<(&'static str, String), String> {
-    let Light { position, direction, intensity, range, .. } = light;
-    let mut values = match light.kind {
-        LightKind::Directional => direction.to_array().to_vec(),
-        _ => position.to_array().to_vec(),
-    };
-    let name = match light.kind {
-        LightKind::Point => "point",
-        LightKind::Directional => "sun",
-        LightKind::Disk { radius } => {
-            values.extend(direction.to_array());
-            values.push(radius);
-            "disk"
-        }
-        LightKind::Rectangle { half_width, half_height, right } => {
-            if right.y.abs() > 1e-3 && direction.y.abs() < 0.999 {
-                return Err("no flag can express a rectangle whose width is not horizontal".to_owned());
-            }
-            values.extend(direction.to_array());
-            values.extend([2.0 * half_width, 2.0 * half_height]);
-            "rectangle"
-        }
-        LightKind::Spot { .. } => return Err("no flag can express a spot light".to_owned()),
-    };
-    if range.is_none() && intensity.x == intensity.y && intensity.x == intensity.z {
-        values.push(intensity.x);
-    } else {
-        values.push(1.0);
-        values.extend(intensity.to_array());
-    }
-    values.extend(range);
-    Ok((name, numbers(&values)))
-}
-
-fn numbers(values: &[f32]) -> String {
-    values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
 }
 
 /// True if two cameras give the same image, except for rounding.
@@ -297,7 +226,7 @@ fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
 
 /// The flags that differ between two settings, for an error.
 fn differing(a: &Settings, b: &Settings) -> String {
-    let mut names: Vec<_> = keys().into_iter().map(|key: Key| key.name).collect();
+    let mut names: Vec<_> = keys().into_iter().map(|key| key.name).collect();
     names.retain(|name| a.get(name) != b.get(name));
     if names.is_empty() { "settings without a flag".to_owned() } else { names.join(", ") }
 }

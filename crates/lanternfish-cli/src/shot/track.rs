@@ -3,6 +3,7 @@
 use std::ops::{Add, Mul, Sub};
 
 use glam::Vec3;
+use lanternfish_scene::named_enum;
 
 use crate::parse;
 
@@ -19,19 +20,16 @@ pub struct Moment {
     pub fov_y: Option<f32>,
 }
 
-/// Interpolation between keyframes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Interpolation {
-    /// Straight lines: corners at the keyframes.
-    #[default]
-    Linear,
-    /// A smooth curve through the keyframes.
-    CatmullRom,
-}
-
-impl Interpolation {
-    /// All variants, by name.
-    pub const NAMES: [(&str, Self); 2] = [("linear", Self::Linear), ("catmull-rom", Self::CatmullRom)];
+named_enum! {
+    /// Interpolation between keyframes.
+    #[derive(Default)]
+    Interpolation {
+        /// Straight lines: corners at the keyframes.
+        #[default]
+        Linear = "linear",
+        /// A smooth curve through the keyframes.
+        CatmullRom = "catmull-rom",
+    }
 }
 
 /// At least one keyframe, in order of time, at different times.
@@ -118,7 +116,7 @@ mod tests {
     #[test]
     fn keyframes_are_exact_and_the_ends_are_static() {
         let frames = [(-1.0, 0.7), (0.3, 5.0), (1.0, 2.3), (4.0, 3.1)];
-        for (_, interpolation) in Interpolation::NAMES {
+        for &interpolation in Interpolation::ALL {
             let track = track(interpolation, &frames);
             for (time, value) in frames {
                 assert_eq!(x(&track, time), value, "{interpolation:?} at {time}");
@@ -133,7 +131,7 @@ mod tests {
     #[test]
     fn lines_are_straight_and_curves_follow_parabolas() {
         let line: Vec<_> = [0.0, 1.0, 3.0, 4.0].map(|t| (t, 2.0 * t + 1.0)).into();
-        for (_, interpolation) in Interpolation::NAMES {
+        for &interpolation in Interpolation::ALL {
             let track = track(interpolation, &line);
             for time in [0.25, 1.5, 2.75, 3.9] {
                 assert!((x(&track, time) - (2.0 * time + 1.0)).abs() < 1e-5, "{interpolation:?} at {time}");

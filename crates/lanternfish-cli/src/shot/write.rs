@@ -3,19 +3,19 @@
 use std::{
     ffi::{OsStr, OsString},
     fmt::Write as _,
-    path::Path,
 };
 
 use clap::ArgMatches;
 use lanternfish_scene::{Camera, Projection};
 
-use super::{
-    Shot,
-    camera_path::CameraPath,
-    keys::{Key, Kind, keys},
-    track::{Interpolation, Track},
-};
+use super::{Shot, camera_path::CameraPath, track::Track};
 use crate::{
+    args::{
+        RenderArgs,
+        flags::Flags as _,
+        keys::{Key, keys},
+        spelling::{Form, degrees},
+    },
     camera,
     ending::has_ending,
     error::CliError,
@@ -44,8 +44,8 @@ const WIDTH: usize = 118;
 
 /// Prints the shot of the given arguments, one of which is `scene`, or writes it to the .toml file that they name as
 /// output. The scene is read, so that errors in it are reported now.
-pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
-    let mut shot = super::resolve(scene, said)?;
+pub fn write(scene: &SceneName, matches: &ArgMatches) -> Result<(), CliError> {
+    let mut shot = super::resolve(scene, matches)?;
     if shot.recorded().is_some() {
         let what = format_args!("{scene}: a recording has a camera for every step and no keyframes").to_string();
         return Err(CliError::new(what, "`lanternfish render` renders it as it is, and flags override its own"));
@@ -58,7 +58,7 @@ pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
             return Err(CliError::new(what, "give a name without a folder"));
         }
         output::refuse_same(&[(file, "the shot")], &[(shot.args.scene.path(), "the scene")])?;
-        shot.flags.retain(|(id, value)| id != "output" || !has_ending(Path::new(value), "toml"));
+        shot.ids.retain(|id| id != "output");
     }
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, &args.part)?;
@@ -78,7 +78,7 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
     })?;
     let mut text = format!("{HEADER}\n# The scene: a file, or demo:NAME.\nscene = {}\n", quoted(named));
     let mut table = "";
-    let (keys, settings) = (keys(), shot.args.given());
+    let (keys, settings, usual) = (keys(), shot.args.given(), RenderArgs::default());
     for key in &keys {
         if key.table != table {
             table = &key.table;
@@ -93,17 +93,22 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
             }
         }
         comment(&mut text, &key.help());
-        let own = shot.flags.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value.clone());
-        let setting = settings.texts().filter(|(name, _)| *name == key.name).map(|(_, text)| text.into());
-        let given: Vec<OsString> = own.chain(setting).collect();
-        let line = match (given.last(), key.default()) {
-            (Some(_), _) if key.repeats => {
-                let values = given.iter().map(|value| Ok(format!("    {},\n", toml(key, value)?)));
+        let form = key.form(&usual);
+        let values: Vec<OsString> = match &key.setting {
+            Some(setting) => {
+                let given = settings.texts().find(|(name, _)| *name == key.name).map(|(_, text)| text);
+                let usual = || setting.value.text().filter(|_| setting.info.shows_default);
+                given.or_else(usual).map(OsString::from).into_iter().collect()
+            }
+            None => if shot.ids.contains(&key.id) { &shot.args } else { &usual }.texts(&key.id),
+        };
+        let line = match &values[..] {
+            [] => format!("# {} = {}", key.name, key.sample(form)),
+            _ if key.is_list() => {
+                let values = values.iter().map(|value| Ok(format!("    {},\n", toml(key, form, value)?)));
                 format!("{} = [\n{}]", key.name, values.collect::<Result<String, CliError>>()?)
             }
-            (Some(value), _) => format!("{} = {}", key.name, toml(key, value)?),
-            (None, Some(value)) => format!("{} = {}", key.name, toml(key, value)?),
-            (None, None) => format!("# {} = {}", key.name, key.sample()),
+            [value, ..] => format!("{} = {}", key.name, toml(key, form, value)?),
         };
         text += &line;
         text.push('\n');
@@ -112,26 +117,31 @@ pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
 }
 
 /// Formats a value of the command line as TOML.
-fn toml(key: &Key, value: &OsStr) -> Result<String, CliError> {
+fn toml(key: &Key, form: Form, value: &OsStr) -> Result<String, CliError> {
     let text = value.to_str().ok_or_else(|| {
         CliError::new(format!("--{} {}: not UTF-8", key.name, value.display()), "a shot is text: give it another name")
     })?;
-    Ok(match key.kind {
-        Kind::Flag => text.to_owned(),
-        Kind::Switch => (text == "on").to_string(),
-        Kind::Number => number(text),
-        Kind::NumberOrWord if text.trim().parse::<f32>().is_ok() => number(text),
-        Kind::Numbers => format!("[{}]", text.split(',').map(number).collect::<Vec<_>>().join(", ")),
-        Kind::Size => format!("[{}]", text.split(['x', 'X']).map(number).collect::<Vec<_>>().join(", ")),
-        Kind::NumberOrWord | Kind::Path | Kind::Text => quoted(text),
+    let Form::Numbers(separator) = form else { return Ok(quoted(text)) };
+    let numbers: Option<Vec<_>> = text.split(separator).map(number).collect();
+    Ok(match (text, numbers.as_deref()) {
+        ("true" | "on", _) => "true".to_owned(),
+        ("false" | "off", _) => "false".to_owned(),
+        (_, Some([number])) => number.clone(),
+        // Rows of a matrix.
+        (_, Some(numbers)) if numbers.len() == 16 => {
+            let rows = numbers.chunks(4).map(|row| format!("    {},\n", row.join(", ")));
+            format!("[\n{}]", rows.collect::<String>())
+        }
+        (_, Some(numbers)) => format!("[{}]", numbers.join(", ")),
+        (_, None) => quoted(text),
     })
 }
 
 /// Formats a number of the command line as TOML, which has fewer spellings. It parses to the same number.
-fn number(text: &str) -> String {
+fn number(text: &str) -> Option<String> {
     let text = text.trim();
     let integer = text.parse::<i64>().map(|number| number.to_string());
-    integer.or_else(|_| text.parse::<f32>().map(|number| format!("{number:?}"))).unwrap_or_else(|_| text.to_owned())
+    integer.ok().or_else(|| Some(format!("{:?}", text.parse::<f32>().ok().filter(|number| number.is_finite())?)))
 }
 
 /// Formats text as a TOML string.
@@ -160,13 +170,12 @@ fn describe(camera: &Camera) -> String {
 }
 
 fn keyframes(track: &Track) -> String {
-    let name = Interpolation::NAMES.iter().find(|(_, other)| *other == track.interpolation).expect("all are named").0;
-    let mut text = format!("interpolation = \"{name}\"\nkeyframes = [\n");
+    let mut text = format!("interpolation = \"{}\"\nkeyframes = [\n", track.interpolation);
     for frame in &track.keyframes {
         let point = |name: &str, p: Option<glam::Vec3>| {
             p.map(|p| format!(", {name} = [{:?}, {:?}, {:?}]", p.x, p.y, p.z)).unwrap_or_default()
         };
-        let fov_y = frame.fov_y.map(|angle| format!(", fov-y = {:?}", angle.to_degrees())).unwrap_or_default();
+        let fov_y = frame.fov_y.map(|angle| format!(", fov-y = {}", degrees(angle))).unwrap_or_default();
         let (eye, target) = (point("eye", frame.eye), point("target", frame.target));
         writeln!(text, "    {{ time = {:?}{eye}{target}{fov_y} }},", frame.time).expect("String");
     }

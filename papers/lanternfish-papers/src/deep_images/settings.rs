@@ -2,6 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
+use lanternfish::{parameters, technique::Range};
 use lanternfish_scene::{Setting, named_enum};
 
 use super::directions::{DirectionSet, Directions};
@@ -59,62 +60,55 @@ impl Setting for DirectionSet {
     }
 }
 
-/// The scene as deep images [Archer2019; Niessner2010].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeepImageSettings {
-    /// The directions of the images. More: rays closer to an image's axis, more memory.
-    pub directions: DirectionSet,
-    /// Texels across and down an image. More: finer, more memory (by the square).
-    pub resolution: u32,
-    /// How the images are built.
-    pub builder: DeepBuilder,
-    /// Resolution of the single pass relative to an image. More: fewer holes, slower by the square.
-    pub supersampling: u32,
-    /// Fragments of a texel closer to each other than this many texels are one surface. More: fewer fragments; thin
-    /// walls lose their thickness. Linked lists are not merged.
-    pub merge_texels: f32,
-    /// Expected mean number of fragments in a texel's list. A chunk takes as many images as fit one binding with this
-    /// number; rays go through one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that does not
-    /// fit is built in vain once, then divided.
-    pub fragments_a_texel: u64,
-    /// Frames, 1 to 64, over which images are rebuilt after a change with deferred readback
-    /// ([`lanternfish::Renderer::record`]): each builds an equal number of directions, the oldest first. More: less
-    /// time in each frame, and rays in some directions hit objects at their position up to that many frames ago.
-    /// Blocking frames rebuild all images at once.
-    pub slices: u32,
-    /// Memory layout of the lists.
-    pub store: DeepStore,
-    /// Sort of a linear array's lists. The result is the same.
-    pub sort: DeepSort,
-    /// Search in a linear array's lists. The result is the same.
-    pub search: DeepSearch,
-    /// Distance beyond a texel's range of depths at which a ray across texels hits a fragment, texels: ε of
-    /// [Niessner2010, §3.2]. More: fewer rays slip through steep surfaces, more hit what they pass.
-    pub tolerance: f32,
-    /// True if closest hits within a texel test the triangles of near fragments. Otherwise the first fragment beyond
-    /// the ray's own is hit [Aalund2015, §3.1].
-    pub tests_triangles: bool,
-    /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
-    pub payload: bool,
-}
-
-impl Default for DeepImageSettings {
-    fn default() -> Self {
-        Self {
-            directions: DirectionSet::ZonalEqualArea { count: 169 },
-            resolution: 64,
-            builder: DeepBuilder::PerTriangle,
-            supersampling: 1,
-            merge_texels: 0.02,
-            fragments_a_texel: 8,
-            slices: 1,
-            store: DeepStore::LinearArray,
-            sort: DeepSort::Selection,
-            search: DeepSearch::Bisection,
-            tolerance: 0.5,
-            tests_triangles: true,
-            payload: true,
-        }
+parameters! {
+    /// The scene as deep images [Archer2019; Niessner2010].
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct DeepImageSettings {
+        /// Texels across and down each deep image. More: finer, and more memory by the square. Without it: 64, or the
+        /// value of `quality`.
+        resolution: u32 = 64, "deep-resolution" "N" Range::Count(4, 1024);
+        /// Set of deep-image directions: zonal:N, stacks:AxB or cube:K. More: smoother, slower.
+        ///
+        /// zonal: N of equal area each. stacks: A steps from the pole down, B around it. cube: K x K on each face. Each
+        /// direction also serves its opposite.
+        directions: DirectionSet = DirectionSet::ZonalEqualArea { count: 169 },
+            "deep-directions" "SET" Range::Text, with_default;
+        /// Frames over which deep images are rebuilt after something moved, in a window and in replays. More: less time
+        /// per frame, and some directions lag by up to this many frames.
+        slices: u32 = 1, "deep-slices" "N" Range::Count(1, 64), with_default;
+        /// Builder of deep images. In windows and replays per_triangle stands for those that read counts on the host:
+        /// the single passes and depth_peeling.
+        ///
+        /// As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass_literal`
+        /// `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.
+        builder: DeepBuilder = DeepBuilder::PerTriangle, "deep-builder" "NAME" Range::Names, with_default;
+        /// Sort of the lists of deep images. The image is the same.
+        sort: DeepSort = DeepSort::Selection, "deep-sort" "NAME" Range::Names, with_default;
+        /// Distance below which fragments of a list are merged, texel widths; 0: none is. More: less memory, thin walls
+        /// get thinner. Linked lists are not merged.
+        merge_texels: f32 = 0.02, "deep-merge" "TEXELS" Range::Number(0.0, 1.0), with_default;
+        /// Search in the lists of deep images. The image is the same.
+        search: DeepSearch = DeepSearch::Bisection, "deep-search" "NAME" Range::Names, with_default;
+        /// Memory layout of the lists of deep images. Shadow rays need linear_array, and so do windows.
+        store: DeepStore = DeepStore::LinearArray, "deep-store" "NAME" Range::Names, with_default;
+        /// Tests of triangles for the closest hits of rays within a texel [Aalund2015, §3.1].
+        tests_triangles: bool = true, "deep-test" "on|off" Range::Switch(
+            "Triangles of near fragments are tested",
+            "The first fragment is the hit, as in Aalund 2015",
+        ), with_default;
+        /// Tolerance of rays across texels in depth [Niessner2010, §3.2]. More: fewer rays slip through steep surfaces,
+        /// more hit what they pass.
+        tolerance: f32 = 0.5, "deep-tolerance" "TEXELS" Range::Number(0.0, 4.0), with_default;
+    }
+    and {
+        /// Resolution of the single pass relative to an image. More: fewer holes, slower by the square.
+        supersampling: u32 = 1;
+        /// Expected mean number of fragments in a texel's list. A chunk takes as many images as fit one binding with
+        /// this number; rays go through one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that
+        /// does not fit is built in vain once, then divided.
+        fragments_a_texel: u64 = 8;
+        /// Stores the triangle of each fragment, 4 bytes. Without it, rays return distances only.
+        payload: bool = true;
     }
 }
 
@@ -126,16 +120,11 @@ impl DeepImageSettings {
         directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
         resolution: 64,
         builder: DeepBuilder::SinglePassLiteral,
-        supersampling: 1,
         merge_texels: 0.0,
-        fragments_a_texel: 8,
-        slices: 1,
         store: DeepStore::LinearArray,
         sort: DeepSort::Blocks,
         search: DeepSearch::LinearSteps,
-        tolerance: 0.5,
-        tests_triangles: true,
-        payload: true,
+        ..Self::DEFAULT
     };
 }
 

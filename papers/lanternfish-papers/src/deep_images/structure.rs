@@ -9,7 +9,7 @@ use lanternfish::{
     rays::{IN_CHUNKS, KeptStructure, Structure, StructureTechnique, TracedRay, TracedStructure, Tracer},
     settings::Quality,
     shaders::Shaders,
-    technique::{Parameter, Range, Technique},
+    technique::{Parameter, Technique},
 };
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
@@ -54,95 +54,7 @@ impl Technique for DeepImageSettings {
     const NAME: &'static str = "deep-images";
     const SUMMARY: &'static str =
         "Images of every direction of a set, each texel a list of all surfaces along its axis";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter::new(
-            "deep-resolution",
-            "N",
-            Range::Count(4, 1024),
-            "Texels across and down each deep image. More: finer, and more memory by the square. Without it: 64, or \
-             the value of `quality`.",
-            |images: &mut Self| &mut images.resolution,
-        ),
-        Parameter::new(
-            "deep-directions",
-            "SET",
-            Range::Text,
-            "Set of deep-image directions: zonal:N, stacks:AxB or cube:K. More: smoother, slower.\n\n\
-             zonal: N of equal area each. stacks: A steps from the pole down, B around it. cube: K x K on each face. Each \
-             direction also serves its opposite.",
-            |images: &mut Self| &mut images.directions,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-slices",
-            "N",
-            Range::Count(1, 64),
-            "Frames over which deep images are rebuilt after something moved, in a window and in replays. More: less \
-             time per frame, and some directions lag by up to this many frames.",
-            |images: &mut Self| &mut images.slices,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-builder",
-            "NAME",
-            Range::Names,
-            "Builder of deep images. In windows and replays per_triangle stands for those that read counts on the host: the single passes and depth_peeling.\n\n\
-             As in Archer 2019: `deep-directions stacks:13x13` `deep-resolution 64` `deep-builder single_pass_literal` \
-             `deep-merge 0` `deep-sort blocks` `deep-search linear_steps`.",
-            |images: &mut Self| &mut images.builder,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-sort",
-            "NAME",
-            Range::Names,
-            "Sort of the lists of deep images. The image is the same.",
-            |images: &mut Self| &mut images.sort,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-merge",
-            "TEXELS",
-            Range::Number(0.0, 1.0),
-            "Distance below which fragments of a list are merged, texel widths; 0: none is. More: less memory, thin \
-             walls get thinner.",
-            |images: &mut Self| &mut images.merge_texels,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-search",
-            "NAME",
-            Range::Names,
-            "Search in the lists of deep images. The image is the same.",
-            |images: &mut Self| &mut images.search,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-store",
-            "NAME",
-            Range::Names,
-            "Memory layout of the lists of deep images. Shadow rays need linear_array, and so do windows.",
-            |images: &mut Self| &mut images.store,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-test",
-            "on|off",
-            Range::Switch("Triangles of near fragments are tested", "The first fragment is the hit, as in Aalund 2015"),
-            "Tests of triangles for the closest hits of rays within a texel.",
-            |images: &mut Self| &mut images.tests_triangles,
-        )
-        .with_default(),
-        Parameter::new(
-            "deep-tolerance",
-            "TEXELS",
-            Range::Number(0.0, 4.0),
-            "Tolerance of rays across texels in depth. More: fewer rays slip through steep surfaces, more hit what they \
-             pass.",
-            |images: &mut Self| &mut images.tolerance,
-        )
-        .with_default(),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 

@@ -6,7 +6,7 @@ use lanternfish::{
     settings::{DebugView, Exposure, Indirect, Occlusion, Preset, Samples, Shadows, TextureBinding, ToneMap},
     techniques::{Clustered, TileSize, Tiled},
 };
-use lanternfish_scene::generate::demo;
+use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
 use crate::{

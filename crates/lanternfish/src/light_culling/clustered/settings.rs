@@ -7,33 +7,27 @@ use super::{CULLING_CLUSTERED, ClusteredCulling, DECLARED, grid::ClusterShape};
 use crate::{
     error::RenderError,
     light_culling::{CullingTechnique, LightCullingPasses},
+    parameters,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
 };
 
-/// Lists per cluster [VanGelderen2020, ch. 3].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clustered {
-    /// Shape of the clusters. Smaller: fewer lights a pixel, more lists.
-    pub shape: ClusterShape,
-    /// Grouping of several views into grids [VanGelderen2020, §4.1].
-    pub grouping: Grouping,
-    /// How lights are assigned to clusters. The lists are the same.
-    pub assignment: Assignment,
-    /// Least distance from the eye that clusters cover, m: 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters
-    /// end with the scene; so they do if the scene ends farther away. More: more clusters, of which none is visible;
-    /// displaced clusters change.
-    pub depth: u32,
-}
-
-impl Default for Clustered {
-    fn default() -> Self {
-        Self {
-            shape: ClusterShape::Perspective { pixels: 32 },
-            grouping: Grouping::Enclosed,
-            assignment: Assignment::Hierarchy,
-            depth: 0,
-        }
+parameters! {
+    /// Lists per cluster [VanGelderen2020, ch. 3].
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Clustered {
+        /// Shape of the clusters, with `culling clustered`: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of
+        /// S m) or displ:P:D (as persp, from D m behind the camera). The image is the same.
+        shape: ClusterShape = ClusterShape::Perspective { pixels: 32 }, "clusters" "SHAPE" Range::Text, with_default;
+        /// Cluster grids of several views. The image does not depend on it [VanGelderen2020, §4.1].
+        grouping: Grouping = Grouping::Enclosed, "cluster-views" "NAME" Range::Names, with_default;
+        /// Assignment of lights to clusters. The image does not depend on it.
+        assignment: Assignment = Assignment::Hierarchy, "light-assignment" "NAME" Range::Names, with_default;
+        /// Least depth of the cluster grid, m. The image does not depend on it.
+        ///
+        /// 100 in the thesis [VanGelderen2020, §6.1.3]. At 0, clusters end with the scene; so they do if the scene ends
+        /// farther away. More: more clusters, of which none is visible; displaced clusters change.
+        depth: u32 = 0, "cluster-depth" "METRES" Range::Count(0, 1_000_000), with_default;
     }
 }
 
@@ -60,41 +54,7 @@ named_enum! {
 impl Technique for Clustered {
     const NAME: &'static str = "clustered";
     const SUMMARY: &'static str = "A list of lights for every cluster of what is visible";
-    const PARAMETERS: &'static [Parameter<Self>] = &[
-        Parameter::new(
-            "clusters",
-            "SHAPE",
-            Range::Text,
-            "Shape of the clusters, with `culling clustered`: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or \
-             displ:P:D (as persp, from D m behind the camera). The image is the same",
-            |clustered: &mut Self| &mut clustered.shape,
-        )
-        .with_default(),
-        Parameter::new(
-            "cluster-views",
-            "NAME",
-            Range::Names,
-            "Cluster grids of several views. The image does not depend on it",
-            |clustered: &mut Self| &mut clustered.grouping,
-        )
-        .with_default(),
-        Parameter::new(
-            "light-assignment",
-            "NAME",
-            Range::Names,
-            "Assignment of lights to clusters. The image does not depend on it",
-            |clustered: &mut Self| &mut clustered.assignment,
-        )
-        .with_default(),
-        Parameter::new(
-            "cluster-depth",
-            "METRES",
-            Range::Count(0, 1_000_000),
-            "Least depth of the cluster grid, m. The image does not depend on it",
-            |clustered: &mut Self| &mut clustered.depth,
-        )
-        .with_default(),
-    ];
+    const PARAMETERS: &'static [Parameter<Self>] = Self::ROWS;
     const SHADERS: Shaders = DECLARED;
 }
 
