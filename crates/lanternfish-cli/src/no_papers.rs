@@ -8,7 +8,7 @@ use lanternfish::{
     settings::{GivenSettings, Quality, Settings},
 };
 
-use crate::{mistakes::NO_PAPERS, shot::Shot};
+use crate::mistakes::NO_PAPERS;
 
 /// The id of the flag.
 pub(crate) const ID: &str = "paper";
@@ -36,7 +36,7 @@ pub(crate) fn given(_name: Option<&OsStr>) -> GivenSettings {
 }
 
 /// The same settings.
-pub(crate) fn for_moving(_shot: &Shot, _settings: &mut Settings) {}
+pub(crate) fn for_moving(_paper: Option<Paper>, _settings: &mut Settings) {}
 
 /// The table of no paper.
 pub(crate) fn table(paper: Paper, _settings: &Settings) -> String {
