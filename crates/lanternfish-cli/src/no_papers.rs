@@ -7,7 +7,7 @@ use lanternfish::{
     settings::{GivenSettings, Quality, Settings},
 };
 
-use crate::{args::spelling::Spelling, mistakes::NO_PAPERS, shot::Shot};
+use crate::{args::spelling::Spelling, mistakes::NO_PAPERS};
 
 /// A paper: there is none.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ pub(crate) fn given(_paper: Option<Paper>) -> GivenSettings {
 }
 
 /// The same settings.
-pub(crate) fn for_moving(_shot: &Shot, _settings: &mut Settings) {}
+pub(crate) fn for_moving(_paper: Option<Paper>, _settings: &mut Settings) {}
 
 /// The table of no paper.
 pub(crate) fn table(paper: Paper, _settings: &Settings) -> String {

@@ -51,7 +51,7 @@ impl Loaded {
 pub fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let samples = shot.args.settings_of(1).image.samples;
     let mut settings = shot.args.settings().with_samples(samples);
-    paper::for_moving(shot, &mut settings);
+    paper::for_moving(shot.args.paper, &mut settings);
     if !shot.gives("history") {
         settings.history = History::On;
     }

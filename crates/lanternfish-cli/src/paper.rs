@@ -10,10 +10,7 @@ use lanternfish::{
 pub use lanternfish_papers::{Deep, DirectionSet, Hbao, RasterGrid};
 pub use lanternfish_papers::{DeepImageSettings, Paper, register};
 
-use crate::{
-    shot::Shot,
-    table::{Row, to_text},
-};
+use crate::table::{Row, to_text};
 
 /// The structure of inexact tracers at a quality; none is its default.
 pub(crate) fn structure(quality: Quality) -> Structure {
@@ -27,8 +24,8 @@ pub(crate) fn given(paper: Option<Paper>) -> GivenSettings {
 
 /// The paper's settings for frames that do not wait for the device, in windows and replays: their deep images are
 /// arrays.
-pub(crate) fn for_moving(shot: &Shot, settings: &mut Settings) {
-    let row = shot.args.paper.and_then(|paper| paper.rows().into_iter().find(|row| row.name == "deep-store"));
+pub(crate) fn for_moving(paper: Option<Paper>, settings: &mut Settings) {
+    let row = paper.and_then(|paper| paper.rows().into_iter().find(|row| row.name == "deep-store"));
     // Another store than the paper's was given beside it.
     if row.is_some_and(|row| settings.get(row.name).as_deref() == Some(row.value)) {
         settings.set("deep-store", "linear_array").expect("the store of the default");
@@ -53,7 +50,10 @@ mod tests {
     use lanternfish_scene::Named as _;
 
     use super::*;
-    use crate::{args::RenderArgs, shot};
+    use crate::{
+        args::RenderArgs,
+        shot::{self, Shot},
+    };
 
     fn resolved(words: &[&str]) -> Shot {
         let command = RenderArgs::augment_args(Command::new("render")).args_override_self(true);
@@ -100,11 +100,11 @@ mod tests {
         let shot = resolved(&["demo:cornell", "--as", "aalund"]);
         let mut settings = shot.args.settings();
         assert_eq!(settings.get("deep-store").as_deref(), Some("sorted_linked_list"));
-        for_moving(&shot, &mut settings);
+        for_moving(shot.args.paper, &mut settings);
         assert_eq!(settings.get("deep-store").as_deref(), Some("linear_array"));
         let given = resolved(&["demo:cornell", "--as", "aalund", "--deep-store", "linked_list"]);
         let mut settings = given.args.settings();
-        for_moving(&given, &mut settings);
+        for_moving(given.args.paper, &mut settings);
         assert_eq!(settings.get("deep-store").as_deref(), Some("linked_list"), "what a user gives stays");
     }
 }

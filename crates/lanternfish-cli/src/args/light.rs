@@ -77,10 +77,10 @@ flags! {
         /// It is visible, and it lights the scene with --indirect sampled or --occlusion.
         #[arg(long, value_name = "r,g,b", allow_hyphen_values = true)]
         sky: Option<Vec3> as Color,
-        /// Built-in light rig around the camera.
+        /// Built-in light rig.
         ///
-        /// It adds to the lights of the other flags; an environment of the scene or of the flags stays. Without it:
-        /// studio if nothing else lights the scene, or sun if an environment is present but does not light the scene.
+        /// It is around the camera, and adds to other lights; an environment stays. Without it: studio if nothing else
+        /// lights the scene, or sun if an environment is present but does not light the scene.
         #[arg(long, value_name = "NAME")]
         light_rig: Option<LightRig> as LightRig,
         /// A ground that shows the object's shadow: on or off.

@@ -161,7 +161,7 @@ fn techniques_agree_on_shared_parameters() {
         let parameters = all.iter().filter_map(Choice::technique).flat_map(AnyTechnique::parameters);
         parameters.map(|(info, _)| info).collect()
     }
-    crate::testing::know_papers();
+    paper::register();
     for kind in [of(&Direct::all()), of(&Culling::all()), of(&Indirect::all()), of(&Occlusion::all())] {
         for (i, info) in kind.iter().enumerate() {
             for other in kind[i..].iter().filter(|other| other.name == info.name) {

@@ -63,7 +63,7 @@ impl Plan {
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
         let mut settings = args.settings_of(1);
-        paper::for_moving(shot, &mut settings);
+        paper::for_moving(args.paper, &mut settings);
         let (mut scene, motion) = lit_scene(args, progress)?;
         let is_recorded = recorded.is_some();
         let steps = match recorded {
