@@ -122,7 +122,9 @@ impl ClusterBench<'_> {
             .iter()
             .flat_map(|shape| configurations.into_iter().map(move |(views, assignment)| (*shape, views, assignment)));
         for (shape, views, assignment) in all {
-            let mut renderer = self.bench.renderer(&settings(shape, views.grouping(), assignment, self.depth))?;
+            let settings = settings(shape, views.grouping(), assignment, self.depth);
+            let made = self.bench.made(&format!("{shape}, {views}, {assignment}"), &settings);
+            let mut renderer = self.bench.renderer(&made)?;
             if lit.is_empty() {
                 let upload = |scene: &Scene| Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? });
                 lit = scenes.iter().map(upload).collect::<Result<_, CliError>>()?;

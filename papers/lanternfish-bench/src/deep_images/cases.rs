@@ -63,7 +63,8 @@ pub fn groups(quick: bool) -> Vec<Group> {
     // Three directions of 480² texels, which rays cross: the competitor of [Archer2019, §4].
     let texels = if quick { 32 } else { 480 };
     let three = DeepImageSettings { directions: DirectionSet::Cube { k: 1 }, resolution: texels, ..default };
-    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).chain([three]).collect();
+    let his_three = DeepImageSettings { directions: three.directions, resolution: texels, ..his };
+    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).chain([three, his_three]).collect();
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // The second and the last are in [Niessner2010, table 1].
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };

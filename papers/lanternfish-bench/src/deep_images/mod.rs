@@ -208,7 +208,7 @@ impl DeepBench {
         group: &'static str,
         settings: DeepImageSettings,
     ) -> Result<(Row, DeepImages), CliError> {
-        build(&self.bench.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
+        build(&self.bench, &mut self.profiler, &self.uploaded, runs, group, settings)
     }
 
     /// Compares images with those of the builder that draws each direction.

@@ -121,20 +121,11 @@ mod tests {
     #[test]
     fn the_papers_rates_are_beside_ours() {
         let mut report = Document::titled("", Row::default());
-        let parts = Row::default().data("directions", 150).data("resolution", 128).data("frame_ms", 25.0);
         report.keep("rows", rows().to_vec());
-        report.keep("parts", vec![parts]);
         papers::beside(Paper::Niessner, "indirect", &mut report);
         let page = report.to_markdown();
-        for line in [
-            "| diffuse | 96 | 128² | 6.00 | 3.00 | 1.00 | 37–50 | 96 |",
-            "| glossy | 150 | 512² | not measured | not measured | not measured | 63–71 | not measured |",
-            "| 1 | objects in the Cornell box, diffuse and glossy | 150 | 128² | 40.00 | 27.0 |",
-            "| 9, bottom left | Sponza, diffuse | 96 | 128² | 20.00 | 19.0 |",
-            "| 9, top left | Lucy in Sibenik, glossy | 150 | 128² | not measured | 45.0 |",
-        ] {
-            assert!(page.contains(line), "{line} is not in\n{page}");
-        }
+        assert!(page.contains("| diffuse | across-texels | 96 | 128 | 1 | 6 | 3 | 50 | 37–50 M rays/s"), "{page}");
+        assert!(page.contains("| diffuse | bvh | – | – | 1 | 2 | 1 | 50 |  |"), "{page}");
         let said = "diffuse across-texels / BVH, 96 x 512: ray rate 2.00 traced, 2.00 with shading; FLIP 0.0123";
         assert_eq!(ratio(&rows()[3], &rows()), Some(said.to_owned()));
         assert_eq!(ratio(&rows()[0], &rows()), None);
