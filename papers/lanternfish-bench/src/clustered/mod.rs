@@ -1,12 +1,10 @@
 //! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene, as tables for one view, or as figures along
 //! a track ([`figures`]).
 
-mod birds_eye;
 pub mod cases;
 mod compared;
 pub mod figures;
 mod measure;
-mod plots;
 mod schemes;
 mod steps;
 
@@ -17,7 +15,6 @@ use lanternfish_cli::{
     camera,
     choices::choice,
     error::CliError,
-    output,
     parse::{self, Frames, Size},
     report::grouped,
     scene::SceneName,
@@ -184,16 +181,6 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         let grids = compared::grids(rows.iter().chain(&others));
         bench.section("One grid around two views", compared::GRIDS, "grids", grids);
         bench.section("Clusters outside of the view", compared::WASTE, "ortho_waste", compared::waste(&rows));
-        for (name, plot) in plots::plots(&args.scene, &rows) {
-            output::write_text(&bench.folder.join(name), &plot)?;
-        }
-    }
-    let is_seen = |row: &&measure::Measured| row.assignment == "hierarchy" && row.lights == lit[0].lights.len();
-    for row in rows.iter().filter(is_seen).filter(|row| tuned.iter().any(|shape| shape.to_string() == row.clusters)) {
-        let Some(contents) = row.contents.first() else { continue };
-        let title = format!("{} of {}: visible clusters from above", row.clusters, args.scene);
-        let figure = birds_eye::figure(&title, &camera, width as f32 / height as f32, contents, &lit[0]);
-        output::write_text(&bench.folder.join(format!("birds-eye-{}.svg", row.clusters.replace(':', "-"))), &figure)?;
     }
     bench.report().keep_data("rows", &rows);
     bench.report().keep_data("other_rows", &others);
@@ -237,8 +224,7 @@ fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measur
     }
     report.paragraph(
         "Visibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: length of the cluster's light list, summed over \
-         all fragments. Plots: light tests by the number of lights (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters \
-         by their lights and by their fragments (`clusters-by-*.svg`, fig. 6.9 and 6.10), clusters from above (`birds-eye-*.svg`, fig. 4.8).",
+         all fragments. Figures are plotted along a track, and clusters are drawn from above in `lanternfish view` (V).",
     );
 }
 

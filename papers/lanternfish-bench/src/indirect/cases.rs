@@ -196,8 +196,6 @@ pub struct Group {
 pub struct Plan {
     pub through_bvh: Vec<RayCase>,
     pub groups: Vec<Group>,
-    /// Images beside the BVH for the radiance cache; none: the BVH alone.
-    pub cached: Option<ImageSet>,
     /// Images for soft shadows [Niessner2010, table 1].
     pub soft: Vec<ImageSet>,
     /// Images for diffuse and glossy light together [Niessner2010, fig. 1].
@@ -232,7 +230,6 @@ impl Plan {
         let (most, of_parts) = (ks[ks.len() - 1], Brdf::Glossy.k());
         let soft = resolutions.iter().take(if quick { 1 } else { usize::MAX });
         Self {
-            cached: groups.first().map(|group| group.set).filter(|_| !quick),
             soft: soft.map(|resolution| ImageSet { k: most, resolution: *resolution }).collect(),
             parts: ImageSet { k: of_parts, resolution: resolutions[0] },
             filtered: ImageSet { k: ks[0], resolution: resolutions[0] },

@@ -62,8 +62,6 @@ pub fn trace_alike(a: &Row, b: &Row) -> bool {
 pub struct Measured {
     pub images: Vec<Row>,
     pub rows: Vec<Row>,
-    /// Rows of the radiance cache.
-    pub cached: Vec<Row>,
     /// Soft shadows.
     pub soft: Vec<Row>,
     /// Diffuse light by his filter and ours.
@@ -125,7 +123,6 @@ impl RayBench {
                 Err(reason) => bench.leave_out(group.set.in_words(), reason),
             }
         }
-        measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize])?;
         measured.soft = self.soft_shadows(&plan.soft, &measured.images)?;
         let filters = || self.filters(plan.filtered, &measured.images, &converged[Brdf::Diffuse as usize]);
         match bench.step("filters", "Filters of diffuse light", filters) {

@@ -3,7 +3,6 @@
 use lanternfish::techniques::Sampled;
 
 use super::{
-    cached,
     measure::{Measured, is_plain, trace_alike},
     soft_shadows,
 };
@@ -24,7 +23,7 @@ const FILTERS: &str = "Eight diffuse rays a pixel across texels. *His Gaussian* 
 
 /// Adds everything to a report.
 pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
-    let Measured { images, rows, cached, soft, filters, parts } = measured;
+    let Measured { images, rows, soft, filters, parts } = measured;
     report.paragraph(RATES);
     report.paragraph(format!(
         "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: the error of deep \
@@ -55,7 +54,6 @@ pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) 
     report.keep("rows", rows);
     report.keep("parts", parts.into_iter().collect());
     papers::beside(Paper::Niessner, "indirect", report);
-    report.section("Radiance cache, diffuse light", &cached::text(converged_frames), "cached", cached);
 }
 
 /// Ray rates relative to those through the BVH.

@@ -66,6 +66,10 @@ impl Fault {
             }
             How::Swapped(..) => return None,
         }
+        // Pairs are timed several times all the same.
+        if let Some(i) = arguments.iter().position(|word| word == "--runs") {
+            arguments[i + 1] = "1".to_owned();
+        }
         Some(arguments)
     }
 }
@@ -104,7 +108,11 @@ pub fn repeat(args: &PapersArgs, name: &str) -> Result<(), CliError> {
             };
             eprintln!("{name}: lanternfish-bench {}", words.join(" "));
             let with = runner::made_with(&words, "", &args.commit());
-            reports.add(fault.part, runner::run(&part, &words, &folder, &with, None)?.outcome);
+            let ran = match runner::kept(&part, &folder, &with).filter(|_| args.resume) {
+                Some(ran) => ran,
+                None => runner::run(&part, &words, &folder, &with, None)?,
+            };
+            reports.add(fault.part, ran.outcome);
         }
     }
     reports.forget();
@@ -128,7 +136,7 @@ pub fn repeat(args: &PapersArgs, name: &str) -> Result<(), CliError> {
 #[test]
 fn faults_change_arguments() {
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let changed = |fault: Fault| fault.arguments(words("bench --size 8x8 --runs 1"));
+    let changed = |fault: Fault| fault.arguments(words("bench --size 8x8 --runs 7"));
     let made = changed(Fault::made("a", "bench", "deep", "deep-sort selection")).unwrap();
     assert_eq!(made[5..], ["--fault", "deep = deep-sort selection"]);
     assert_eq!(changed(Fault::argument("a", "bench", "--size", "2x2")), Some(words("bench --size 2x2 --runs 1")));

@@ -60,7 +60,7 @@ pub struct PapersArgs {
     #[arg(long)]
     resume: bool,
     /// Measures nothing, and makes the page again from the stored run FOLDER.json with the parts FOLDER/PART.json.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["resume", "seconds"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "seconds")]
     from: Option<PathBuf>,
     /// Repeats a deliberate fault: its part is run wrongly, and the claims that it must turn are judged beside the stored
     /// run (`--from`; default: measured/papers-quick in the folder of --docs). Fails if one is still confirmed.

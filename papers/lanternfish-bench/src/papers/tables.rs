@@ -74,12 +74,8 @@ fn nothing(_: &Node<'_>) -> &'static str {
     ""
 }
 
-fn as_in_the_paper(row: &Node<'_>) -> bool {
-    row.is("name", "as in the paper")
-}
-
 /// All of them.
-pub const TABLES: [Table; 9] = [
+pub const TABLES: [Table; 6] = [
     Table {
         paper: Paper::Elagabani,
         key: "elagabani_table_5_1",
@@ -88,26 +84,6 @@ pub const TABLES: [Table; 9] = [
         of: ["forward-plus", "configurations"],
         is: every,
         columns: "name, paper_ms, frame_ms, rays, shadow_part, false_positives",
-        his: nothing,
-    },
-    Table {
-        paper: Paper::Elagabani,
-        key: "elagabani_table_5_2",
-        heading: "Table 5.2: sizes of tiles",
-        text: "",
-        of: ["forward-plus", "tile_sizes"],
-        is: every,
-        columns: "name, paper_ms, frame_ms, list_bytes",
-        his: nothing,
-    },
-    Table {
-        paper: Paper::VanGelderen,
-        key: "van_gelderen_stereo",
-        heading: "Fig. 6.5: one grid around two eyes over a grid each",
-        text: "",
-        of: ["clustered", "grids"],
-        is: |row| row.words("views").starts_with("stereo"),
-        columns: "clusters, assignment, lights, visible_clusters, lighting_operations, culling, frame",
         his: nothing,
     },
     Table {
@@ -194,16 +170,5 @@ pub const TABLES: [Table; 9] = [
             2048 => "20.2 ms (Rungholt 23.5), random 2.1",
             _ => "",
         },
-    },
-    Table {
-        paper: Paper::Archer,
-        key: "archer_lights",
-        heading: "Lights (§4)",
-        text: "From texels of the map to lights that are listed. He states neither of his thresholds (\"too small to noticeably affect the scene\", \
-               \"most large lights\"): those of the row *as in the paper* are chosen here. His number of unique lights is \"typically used\".",
-        of: ["virtual-lights", "rows"],
-        is: as_in_the_paper,
-        columns: "map_texels, unique, listed, too_small, too_large",
-        his: |_| "65,536; 20,000; 2,000 (Rungholt 8,000)",
     },
 ];

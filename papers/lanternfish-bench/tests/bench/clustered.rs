@@ -27,10 +27,6 @@ fn gpu_clusters_are_counted_for_every_scheme() {
         let count = |name: &str| row["counts"][name].as_u64().unwrap();
         assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
         assert!(count("fragments") <= 2 * 32 * 18 && count("lighting_operations") >= count("lights_listed"), "{row}");
-        for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
-            let bins = row["counts"][histogram].as_array().unwrap();
-            assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
-        }
         if row["assignment"] == "brute_force" {
             assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
         }
@@ -44,12 +40,6 @@ fn gpu_clusters_are_counted_for_every_scheme() {
     }
     assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
     assert_eq!(said.lines().last(), Some("first/report.md"));
-    let plots = ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"];
-    let from_above = ["birds-eye-persp-4", "birds-eye-ortho-4", "birds-eye-displ-4-32"];
-    for plot in plots.into_iter().chain(from_above) {
-        let svg = fs::read_to_string(folder.path().join("first").join(plot).with_extension("svg")).unwrap();
-        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{plot}");
-    }
 }
 
 #[test]

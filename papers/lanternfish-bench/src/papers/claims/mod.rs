@@ -318,11 +318,8 @@ mod tests {
     fn limits_hold_and_fail() {
         for (limits, holds, fails) in [(at_least(2.0), 2.0, 1.9), (at_most(2.0), 2.0, 2.1), (1.5..=6.0, 1.5, 6.1)] {
             let claim = claim("").rule("a", TIMES, limits);
-            let verdict = |value| claim.by_rule(&Measure::exact(value));
-            assert_eq!(
-                [holds, fails, f64::NAN].map(verdict),
-                [Verdict::Confirmed(None), Verdict::Refuted, Verdict::Refuted]
-            );
+            let verdicts = [holds, fails, f64::NAN].map(|value| claim.by_rule(&Measure::exact(value)));
+            assert_eq!(verdicts, [Verdict::Confirmed(None), Verdict::Refuted, Verdict::Refuted]);
         }
     }
 
