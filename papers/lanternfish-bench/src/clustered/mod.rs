@@ -65,7 +65,7 @@ pub struct ClusteredArgs {
     /// Along a track: how lights are assigned. The thesis tests every light against every visible cluster: brute_force.
     #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>(), default_value_t = Assignment::Hierarchy)]
     light_assignment: Assignment,
-    /// Along a track: counts alone, and times of no frame.
+    /// Along a track: counts of one view alone, and times of no frame.
     #[arg(long)]
     counts: bool,
     /// The table of all schemes of light culling alone, without that of every shape of clusters and without plots.

@@ -124,7 +124,8 @@ fn play(args: &ClusteredArgs, shot: &Shot, bench: &Bench, lights: u32, figures: 
     };
     plan.settings = settings(best[0], Views::Mono);
     let mut player = bench.with_progress(|progress| Player::new(&bench.gpu, plan, progress))?;
-    for (shape, views) in mono.chain(stereo) {
+    // What one grid around two eyes saves is in the tables of one view too.
+    for (shape, views) in mono.chain(stereo.filter(|_| !args.counts)) {
         let (eyes, size) = match views {
             Views::Mono => (None, size),
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
