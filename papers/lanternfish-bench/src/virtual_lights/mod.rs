@@ -38,7 +38,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         Ok(measure::row(case, timed).and(beside))
     })?;
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
-    let maps = maps.iter().filter(|_| args.requests("ranges"));
+    let maps = maps.iter().filter(|_| args.requests("ranges, table-3"));
     let ranges = bench.rows("ranges", maps, |map| format!("Ranges, {map}²"), |map| measure::ranges(&of, **map))?;
     bench.section("Techniques of indirect light", TEXT, "rows", rows);
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64² as in the paper, and through the BVH.";

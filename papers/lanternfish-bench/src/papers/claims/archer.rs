@@ -91,7 +91,7 @@ pub fn claims() -> Vec<Claim> {
         claim("the single pass gives the same indirect light")
             .says("[Archer2019, §4]", "no difference")
             .rule("its energy over that with a draw for each direction", TIMES, 0.98..=1.02)
-            .lost_by(Fault::made("other-ranges", LIGHTS, "a draw per direction", "vpl-most-range 0.3"))
+            .lost_by(Fault::made("other-ranges", LIGHTS, "light: as in the paper, a draw", "vpl-most-range 0.3"))
             .by(|all| {
                 let row = lights(all, LIGHTS)?;
                 let ours = all.named(LIGHTS, "rows", "as in the paper, single_pass")?.f64("builder_energy")?;
@@ -265,7 +265,7 @@ fn total(what: &'static str, [fault, part]: [&'static str; 2], paper: &'static s
     claim(what)
         .says("[Archer2019, table 1]", paper)
         .rule("the sum of all steps", MS, at_most(most))
-        .lost_by(Fault::made(fault, part, PAPER, "deep-builder per_direction"))
+        .lost_by(Fault::made(fault, part, "light: as in the paper", "deep-builder per_direction"))
         .of_a_card()
         .by(move |all| Ok(lights(all, part)?.time("steps/*")?.into()))
 }

@@ -77,7 +77,7 @@ fn gpu_indirect_light_writes_what_is_read() {
 #[test]
 #[ignore = "full"]
 fn gpu_virtual_lights_write_what_is_read() {
-    let words = "virtual-lights demo:cornell --size 24x18 --spp 2 --only paper --only ranges --only app.";
+    let words = "virtual-lights demo:cornell --size 24x18 --spp 2 --only paper --only table-3";
     assert_eq!(unwritten("virtual-lights", words), [""; 0]);
 }
 
