@@ -9,13 +9,12 @@ use crate::case::{Case, changed};
 pub const PAPER: &str = "as in the paper";
 /// Texels along an edge of its images.
 pub const PAPERS_RESOLUTION: u32 = 200;
-/// Photons as `--as aalund` has them, but drawn with additive blending, as he does (§4.2), and a quarter of them: he does not state how many
-/// there are. His maps: [`plain`].
+/// Photons as `--as aalund` has them, but drawn with additive blending, as he does (§4.2). His maps: [`plain`].
 fn papers(look: &Settings) -> Settings {
     let rows = Paper::Aalund.rows().into_iter();
     let photons = rows.filter(|row| row.name.starts_with("photon-") || row.name.starts_with("indirect"));
     let changes: Vec<String> = photons.map(|row| format!("{} {}", row.name, row.value)).collect();
-    changed(look, &format!("{}, photon-splat raster, photon-count 1024", changes.join(", ")))
+    changed(look, &format!("{}, photon-splat raster", changes.join(", ")))
 }
 
 /// Techniques with their parameters.

@@ -6,7 +6,7 @@ use crate::papers::{faults::Fault, rows::Node, tables::About};
 pub const ABOUT: About = About {
     title: "Aalund 2015: occlusion and photons through layered depth maps",
     theirs: "The paper: Crytek Sponza and a hairball, 800 x 800, 512 maps of 200² or 50², NVIDIA GTX 780 Ti.",
-    comparable: "Here: <photons>; photons as `--as aalund` has them, but drawn with blending, as he does, a quarter of them, and through maps of fig. 10's 200². \
+    comparable: "Here: <photons>; photons as `--as aalund` has them, but drawn with blending, as he does, and through maps of fig. 10's 200². \
         Comparable: parts of the time, errors against a path tracer, and memory. Not comparable: milliseconds, and the number of photons, which \
         the paper does not state. The hairball is not to be had.",
 };
