@@ -24,6 +24,7 @@ use lanternfish_metrics::{ColorType, RgbImage, write_png};
 use lanternfish_scene::Scene;
 
 use crate::{
+    case::changed,
     document::{Document, LeftOut},
     table::Row,
     view::View,
@@ -41,9 +42,18 @@ pub struct RunArgs {
     /// Leaves out rows that would not end within this time. The first row of each table is measured.
     #[arg(long, value_name = "SECONDS", hide_short_help = true)]
     pub seconds: Option<f64>,
+    /// A deliberate fault, ROW = CHANGES: rows whose names contain ROW are made with these changes of settings, and keep their names.
+    /// Repeatable.
+    #[arg(long = "fault", value_name = "ROW = CHANGES", value_parser = fault, hide = true)]
+    pub faults: Vec<(String, String)>,
     /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
+}
+
+fn fault(text: &str) -> Result<(String, String), String> {
+    let (row, changes) = text.split_once(" = ").ok_or("expected ROW = CHANGES")?;
+    Ok((row.to_owned(), changes.to_owned()))
 }
 
 /// A running benchmark.
@@ -53,6 +63,7 @@ pub struct Bench {
     /// Shared by all configurations, so that common pipelines are compiled once.
     pub engine: Engine,
     pub runs: u32,
+    faults: Vec<(String, String)>,
     /// When no further row begins.
     deadline: Option<Instant>,
     /// Of all steps but ground truths.
@@ -112,7 +123,8 @@ impl Bench {
         let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
         let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
         let longest = Cell::default();
-        Ok(Self { folder, gpu, engine, runs: args.runs, deadline, longest, progress, report, left_out })
+        let (runs, faults) = (args.runs, args.faults.clone());
+        Ok(Self { folder, gpu, engine, runs, faults, deadline, longest, progress, report, left_out })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -219,6 +231,12 @@ impl Bench {
             report.left_out(&left_out);
         }
         report.write(&self.folder)
+    }
+
+    /// The settings with which the row of this name is made: those given, with the changes of deliberate faults.
+    pub fn made(&self, row: &str, settings: &Settings) -> Settings {
+        let faults = self.faults.iter().filter(|(words, _)| row.contains(words.as_str()));
+        faults.fold(settings.clone(), |settings, (_, changes)| changed(&settings, changes))
     }
 
     /// A renderer with these settings.

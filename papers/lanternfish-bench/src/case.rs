@@ -76,6 +76,10 @@ fn set(settings: &mut Settings, name: &str, value: &str) -> Result<(), String> {
         }
         _ => {}
     }
+    // Of deep images.
+    if name.starts_with("deep-") {
+        return settings.set(name, value);
+    }
     if let Some(parameter) = Settings::PARAMETERS.iter().find(|parameter| parameter.info.name == name) {
         return (parameter.of)(settings).read(value);
     }

@@ -14,7 +14,7 @@ use lanternfish_cli::{
     choices::choice,
     error::CliError,
     images::{differing, displayed, rgb},
-    parse::Size,
+    parse::{self, Size},
     timed::Timed,
     times::{counter, frame_time, ms_of},
 };
@@ -37,6 +37,9 @@ pub struct ForwardPlusArgs {
     /// Tracer of the shadow rays.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows.technique)]
     shadows: Shadows,
+    /// Width and height of the images of normals, pixels. Default: those of the view.
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    normals_size: Option<Size>,
     #[command(flatten)]
     subject: SubjectArgs,
 }
@@ -71,9 +74,6 @@ const TILE_SIZES: [Declared; 3] = [
     ("32 x 32", "culling tiled, tile-size 32, ray-culling improved", Some(9.99)),
 ];
 
-/// The threshold of the thesis' ranges [Elagabani2025, eq. 4.1].
-const PAPER_THRESHOLD: f32 = 0.02;
-
 /// Ray culling by naive normals: `improved`, with another text of its shader.
 const NAIVE: &str = "ray-culling naive";
 
@@ -98,7 +98,6 @@ fn is_exact(settings: &Settings) -> bool {
 struct ForwardPlus {
     bench: Bench,
     view: View,
-    has_heat_maps: bool,
 }
 
 impl ForwardPlus {
@@ -174,10 +173,11 @@ impl ForwardPlus {
     fn table(&self, declared: &[Declared], first: &mut Option<RenderedImage>) -> Result<Vec<Row>, CliError> {
         let mut rows = Vec::new();
         for (i, declared) in declared.iter().enumerate() {
-            let case = case(&self.view.look, declared);
+            let mut case = case(&self.view.look, declared);
+            case.settings = self.bench.made(&case.name, &case.settings);
             rows.push(self.bench.step("rows", &case.name, || self.row(&case, declared, first, rows.first()))?);
             let heat_map = HEAT_MAPS[i];
-            if declared.1 == OPTIMISATIONS[i].1 && self.has_heat_maps && !heat_map.is_empty() {
+            if declared.1 == OPTIMISATIONS[i].1 && !heat_map.is_empty() {
                 let settings = case.settings.with_debug_view(DebugView::RayCount);
                 self.bench.write(heat_map, &self.stage(&settings, declared.1)?.frame(&self.view)?)?;
             }
@@ -246,21 +246,16 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         (Settings::direct_light(), view.look.lights.range_threshold, view.scene.lights.len());
     (view.look.shadows.technique, view.look.image.exposure, view.look.image.tone_map) =
         (args.shadows, direct.image.exposure, direct.image.tone_map);
-    let mut of = ForwardPlus { bench, view, has_heat_maps: true };
+    let mut of = ForwardPlus { bench, view };
     let mut first = None;
     let rows = of.table(&OPTIMISATIONS, &mut first)?;
     let tiles = of.table(&TILE_SIZES, &mut first)?;
     let savings = of.savings()?;
+    let size = of.view.size;
+    of.view.size = args.normals_size.unwrap_or(size);
     let normals = of.normals()?;
+    of.view.size = size;
     let depth_alone = of.depth_alone()?;
-    // The same by the thesis' own rule for ranges, if the subject's lights end earlier.
-    let mut papers = [Vec::new(), Vec::new()];
-    if threshold != PAPER_THRESHOLD {
-        (of.view.look.lights.range_threshold, of.has_heat_maps) = (PAPER_THRESHOLD, false);
-        let mut first = None;
-        papers = [of.table(&OPTIMISATIONS, &mut first)?, of.table(&TILE_SIZES, &mut first)?];
-    }
-
     let (bench, Size { width, height }) = (of.bench, of.view.size);
     let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
     let facts = Row::default().data("width", width).data("height", height).data("light_count", lights);
@@ -270,8 +265,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     bench
         .report()
         .paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
-    let mut all = rows.iter().chain(&papers[0]);
-    let wrong = all.find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0).map(|row| {
+    let wrong = rows.iter().find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0).map(|row| {
         let [name, pixels] = ["name", "differing_pixels"].map(|key| row.words(key));
         format!("{name}: {pixels} pixels differ from no optimisations")
     });
@@ -279,10 +273,6 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
                 light's range. False positives: of the pairs of a pixel and a listed light, those out of range.";
     bench.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
     bench.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
-    let [rows, tiles] = papers;
-    let text = "Ranges by eq. 4.1: the same tables where lights end at 0.02.";
-    bench.section("Table 5.1 at the thesis' threshold", text, "configurations_at_paper_threshold", rows);
-    bench.section("Table 5.2 at the thesis' threshold", "", "tile_sizes_at_paper_threshold", tiles);
     bench.section("Savings in pairs", savings::TEXT, "savings", savings);
     bench.section("Positions from depth (alg. 4.1)", positions::TEXT, "positions", positions::rows());
     bench.section("Normals from depth (fig. 5.3)", "", "normals", normals);

@@ -3,7 +3,7 @@
 //! One harness serves every benchmark: [`mod@bench`] opens the adapter, renders and times frames, and writes the
 //! report; [`view`] loads what is rendered; [`case`] names configurations by flags; [`mod@reference`] has errors
 //! against the path tracer; [`table`] and [`document`] make tables and pages. What the papers claim is declared in
-//! `papers/*.toml`.
+//! `papers/claims`.
 
 mod attenuation;
 mod bench;

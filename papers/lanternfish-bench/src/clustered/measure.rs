@@ -7,9 +7,7 @@ use lanternfish::{
     light_culling::clustered::GridContents,
     techniques::{Assignment, ClusterShape},
 };
-use lanternfish_cli::{
-    error::CliError, images::differing, replay::counted::histogram, report::grouped, timed::Timed, times::counter,
-};
+use lanternfish_cli::{error::CliError, images::differing, report::grouped, timed::Timed, times::counter};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
@@ -35,10 +33,6 @@ pub struct Counts {
     pub lighting_operations: u64,
     /// Memory of marks, lists, lights and tree, bytes.
     pub bytes: u64,
-    /// Histogram of visible clusters over listed lights. Bins: 0, 1, 2 to 3, 4 to 7, and so on (fig. 6.9).
-    pub clusters_by_lights: Vec<u64>,
-    /// Histogram of visible clusters over fragments, with the same bins (fig. 6.10).
-    pub clusters_by_fragments: Vec<u64>,
 }
 
 /// Results of one configuration.
@@ -122,7 +116,9 @@ impl ClusterBench<'_> {
             .iter()
             .flat_map(|shape| configurations.into_iter().map(move |(views, assignment)| (*shape, views, assignment)));
         for (shape, views, assignment) in all {
-            let mut renderer = self.bench.renderer(&settings(shape, views.grouping(), assignment, self.depth))?;
+            let settings = settings(shape, views.grouping(), assignment, self.depth);
+            let made = self.bench.made(&format!("{shape}, {views}, {assignment}"), &settings);
+            let mut renderer = self.bench.renderer(&made)?;
             if lit.is_empty() {
                 let upload = |scene: &Scene| Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? });
                 lit = scenes.iter().map(upload).collect::<Result<_, CliError>>()?;
@@ -200,7 +196,6 @@ fn tests_of_all<'r>(
 
 fn counts(renderings: &[RenderedImage], grids: &[GridContents]) -> Counts {
     let sum = |name: &str| renderings.iter().map(|rendering| counter(&rendering.report, name)).sum();
-    let visible = || grids.iter().flat_map(|grid| &grid.visible);
     Counts {
         clusters: sum("light_culling/clusters"),
         visible_clusters: sum("light_culling/visible_clusters"),
@@ -209,7 +204,5 @@ fn counts(renderings: &[RenderedImage], grids: &[GridContents]) -> Counts {
         light_tests: sum("light_culling/light_tests"),
         lighting_operations: grids.iter().map(GridContents::lighting_operations).sum(),
         bytes: sum("light_culling/cluster_bytes"),
-        clusters_by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
-        clusters_by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
     }
 }

@@ -1,24 +1,20 @@
 //! `lanternfish-bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene, as tables for one view, or as figures along
 //! a track ([`figures`]).
 
-mod birds_eye;
 pub mod cases;
 mod compared;
 pub mod figures;
 mod measure;
-mod plots;
-mod promises;
 mod schemes;
 mod steps;
 
 use clap::{Args, ValueEnum};
-use lanternfish::techniques::Assignment;
+use lanternfish::techniques::{Assignment, ClusterShape};
 use lanternfish_cli::{
     args::{PartArgs, ViewArgs},
     camera,
     choices::choice,
     error::CliError,
-    output,
     parse::{self, Frames, Size},
     report::grouped,
     scene::SceneName,
@@ -33,7 +29,6 @@ use serde::Serialize;
 use self::{
     cases::{CONFIGURATIONS, DEPTH, LIGHT_COUNTS, OTHERS, QUICK_LIGHT_COUNTS, shapes},
     measure::ClusterBench,
-    promises::promises,
 };
 use crate::{
     bench::{Bench, RunArgs, identical},
@@ -70,6 +65,9 @@ pub struct ClusteredArgs {
     /// Along a track: how lights are assigned. The thesis tests every light against every visible cluster: brute_force.
     #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>(), default_value_t = Assignment::Hierarchy)]
     light_assignment: Assignment,
+    /// Along a track: counts of one view alone, and times of no frame.
+    #[arg(long)]
+    counts: bool,
     /// The table of all schemes of light culling alone, without that of every shape of clusters and without plots.
     #[arg(long)]
     schemes: bool,
@@ -149,10 +147,14 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let back = looking_back(&camera, &scene);
     let unaligned = [mono, (&back, mono.1)];
     let of = ClusterBench { bench: &bench, depth: args.depth, mono: [mono], stereo, unaligned };
-    let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
+    // Of the orthographic ones all sizes, also of a quick run: the thesis' size suits the Bistro.
+    let cubes = shapes(height, false).into_iter().filter(|shape| matches!(shape, ClusterShape::Orthographic { .. }));
+    let mut measured = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
+    let missing: Vec<_> = cubes.filter(|shape| !args.schemes && !measured.contains(shape)).collect();
+    measured.extend(missing);
     let lit: Vec<Scene> = args.counts().iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
     let (schemes, schemes_left_out) = schemes::measure(&bench, mono, &lit, args.quick)?;
-    let rows = of.measure(&shapes, &lit, CONFIGURATIONS, &[])?;
+    let rows = of.measure(&measured, &lit, CONFIGURATIONS, &[])?;
     let tuned = if args.schemes { Vec::new() } else { cases::shapes(height, true) };
     let others = of.measure(&tuned, &lit, OTHERS, &rows)?;
 
@@ -179,18 +181,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         let grids = compared::grids(rows.iter().chain(&others));
         bench.section("One grid around two views", compared::GRIDS, "grids", grids);
         bench.section("Clusters outside of the view", compared::WASTE, "ortho_waste", compared::waste(&rows));
-        for (name, plot) in plots::plots(&args.scene, &rows) {
-            output::write_text(&bench.folder.join(name), &plot)?;
-        }
     }
-    let is_seen = |row: &&measure::Measured| row.assignment == "hierarchy" && row.lights == lit[0].lights.len();
-    for row in rows.iter().filter(is_seen).filter(|row| tuned.iter().any(|shape| shape.to_string() == row.clusters)) {
-        let Some(contents) = row.contents.first() else { continue };
-        let title = format!("{} of {}: visible clusters from above", row.clusters, args.scene);
-        let figure = birds_eye::figure(&title, &camera, width as f32 / height as f32, contents, &lit[0]);
-        output::write_text(&bench.folder.join(format!("birds-eye-{}.svg", row.clusters.replace(':', "-"))), &figure)?;
-    }
-    bench.report().keep_data("promises", &promises(&rows));
     bench.report().keep_data("rows", &rows);
     bench.report().keep_data("other_rows", &others);
     bench.report().keep_data("schemes_left_out", &schemes_left_out);
@@ -227,15 +218,13 @@ fn clusters(report: &mut Document, args: &ClusteredArgs, rows: &[measure::Measur
          8 and 32 m. Their depth range is at least {} m.",
         args.depth
     ));
-    report.list(promises(rows).iter().map(promises::Promise::line));
     for lights in distinct(rows.iter().map(|row| row.lights)) {
         report.heading(&format!("{} lights", grouped(lights as u64)));
         report.show(rows.iter().filter(|row| row.lights == lights).map(measure::Measured::row));
     }
     report.paragraph(
         "Visibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: length of the cluster's light list, summed over \
-         all fragments. Plots: light tests by the number of lights (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters \
-         by their lights and by their fragments (`clusters-by-*.svg`, fig. 6.9 and 6.10), clusters from above (`birds-eye-*.svg`, fig. 4.8).",
+         all fragments. Figures are plotted along a track, and clusters are drawn from above in `lanternfish view` (V).",
     );
 }
 

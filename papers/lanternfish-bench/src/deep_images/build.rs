@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use lanternfish::GpuScene;
+use lanternfish::{GpuScene, settings::Settings};
 use lanternfish_cli::{error::CliError, times::ms_of};
-use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
+use lanternfish_gpu::{Frame, PassTime, Profiler, read_back};
 use lanternfish_papers::{
     DeepBuilder, DeepImageSettings,
     deep_images::{DeepImageBuilder, DeepImages},
 };
 
 use super::cases::in_words;
-use crate::table::Row;
+use crate::{bench::Bench, table::Row};
 
 /// Keys and names of the steps.
 const STEPS: [(&str, &str); 6] = [
@@ -30,14 +30,18 @@ const LONG: Duration = Duration::from_secs(10);
 /// A first build longer than 10 s is not repeated, and its times are returned. They are also returned if `runs` is 0. They include
 /// pipeline compilation.
 pub fn build(
-    gpu: &Gpu,
+    bench: &Bench,
     profiler: &mut Profiler,
     scene: &GpuScene,
     runs: u32,
     group: &'static str,
     settings: DeepImageSettings,
 ) -> Result<(Row, DeepImages), CliError> {
-    let mut builder = DeepImageBuilder::new(&gpu.device, settings)?;
+    let (gpu, directions, resolution) = (&bench.gpu, settings.directions.count(), settings.resolution);
+    let row = format!("{group}: {}, {directions} x {resolution}²", in_words(&settings));
+    let made = bench.made(&row, &Settings::direct_light().with_structure(settings));
+    let made = DeepImageSettings::of(&made.structure);
+    let mut builder = DeepImageBuilder::new(&gpu.device, made)?;
     let mut best: Option<(f64, Vec<PassTime>)> = None;
     let mut images = None;
     for run in 0..=runs {
@@ -70,7 +74,7 @@ pub fn build(
     let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
     let step = |name: &str| ms_of(&passes, &format!("deep_images/{name}"));
     // Passes that draw all triangles, each into one or all images of a chunk.
-    let draws = match settings.builder {
+    let draws = match made.builder {
         DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => Some("deep_images/sample"),
         DeepBuilder::PerTriangle => None,
         DeepBuilder::PerDirection => Some("deep_images/gather"),
@@ -78,7 +82,6 @@ pub fn build(
         DeepBuilder::DepthPeeling => Some("deep_images/gather/draw"),
     };
     let draw_passes = draws.map_or(0, |draw| passes.iter().filter(|pass| pass.name.starts_with(draw)).count());
-    let (directions, resolution) = (images.directions.len(), settings.resolution);
     let row = Row::default()
         .data("group", group)
         .text("images", "images", in_words(&settings))

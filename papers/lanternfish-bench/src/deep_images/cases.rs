@@ -54,7 +54,6 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let of = |count| DeepImageSettings { directions: DirectionSet::ZonalEqualArea { count }, ..default };
     let by = |builder, count| DeepImageSettings { builder, ..of(count) };
     let [few, all] = if quick { [4, 8] } else { [8, 169] };
-    let finer = |builder| DeepImageSettings { resolution: 2 * default.resolution, ..by(builder, all) };
     // [Archer2019, table 2], and as many as usual, which its text has.
     let stacks: &[_] = if quick { &[(2, 2), (2, 4)] } else { &STACKS };
     let his = archer(stacks[stacks.len() - 1]);
@@ -63,7 +62,8 @@ pub fn groups(quick: bool) -> Vec<Group> {
     // Three directions of 480² texels, which rays cross: the competitor of [Archer2019, §4].
     let texels = if quick { 32 } else { 480 };
     let three = DeepImageSettings { directions: DirectionSet::Cube { k: 1 }, resolution: texels, ..default };
-    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).chain([three]).collect();
+    let his_three = DeepImageSettings { directions: three.directions, resolution: texels, ..his };
+    let directions = stacks.iter().copied().map(archer).chain([each]).chain(ours).chain([three, his_three]).collect();
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // The second and the last are in [Niessner2010, table 1].
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
@@ -99,11 +99,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
     // ε of [Niessner2010, §3.2, fig. 3].
     let tolerances: &[f32] = if quick { &[0.25, 1.0] } else { &[0.0, 0.25, 0.5, 1.0, 2.0] };
     let tolerant = |tolerance: &f32| DeepImageSettings { tolerance: *tolerance, ..of(all) };
-    // His images, 96 directions of 128² in half as many images [Niessner2010, §7], by his builder and by others.
-    let (k, resolution) = if quick { (1, 32) } else { (4, 128) };
-    let cube = |builder| DeepImageSettings { builder, directions: DirectionSet::Cube { k }, resolution, ..default };
-    let cubes = [DeepBuilder::DepthPeeling, DeepBuilder::PerTriangle, DeepBuilder::SinglePassLiteral].map(cube);
-    let builders = [
+    let builders = vec![
         by(DeepBuilder::SinglePass, few),
         by(DeepBuilder::SinglePassLiteral, few),
         by(DeepBuilder::PerTriangle, few),
@@ -114,10 +110,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
         by(DeepBuilder::SinglePassLiteral, all),
         by(DeepBuilder::PerTriangle, all),
         by(DeepBuilder::PerDirection, all),
-        finer(DeepBuilder::SinglePass),
-        finer(DeepBuilder::PerTriangle),
     ];
-    let builders = builders.into_iter().chain(cubes).collect();
     vec![
         group("Directions", directions),
         group("Supersampling", supersamplings.iter().map(finer_samples).collect()),

@@ -1,10 +1,9 @@
 //! Crossings of texels' borders, by which Nießner explains the speed of every ray [Niessner2010, §3.2, §7]: counts, which are the same on
 //! any machine.
 
-mod scenes;
-
 use std::rc::Rc;
 
+use glam::{Affine3A, Vec3};
 use lanternfish::{
     rays::{RayTracer, TracedRay},
     settings::{Settings, Shadows, Tracer},
@@ -12,9 +11,8 @@ use lanternfish::{
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::Frame;
 use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, deep_images::DeepImages, rays::RayCounter};
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Instance, Scene};
 
-use self::scenes::{bisected, corridors, four_of};
 use super::{
     DeepBench,
     build::build,
@@ -24,17 +22,13 @@ use crate::table::Row;
 
 /// Name of the table.
 pub const TABLE: &str = "crossings";
-/// Corridors across and up the box.
-const CORRIDORS: u32 = 10;
-
 /// What the table says.
 pub const TEXT: &str = "Texels that a ray looks into until its first hit (one, and one more for each border that it crosses), and fragments that it is \
                         compared with, across texels. Rays start halfway between two surfaces, so that none ends at its own; those that images \
                         let through (*missed*) go on to the border and are not counted. Nießner explains speed by these crossings: fewer images \
-                        have more of them, because the axis is farther from the ray's direction; the number of triangles does not matter; and \
-                        a ray in a tight corridor has fewer than one in an empty box. *Twice* and *four times*: the same surfaces with every \
-                        triangle cut in two, once and twice, and the same rays. The box has edges of 10 m; the corridors, 10 by 10, fill the same \
-                        box. *Four of the scene*: copies side by side through images with twice the texels. With an odd k of 6 k² directions some axes lie in walls, which then have no fragments.";
+                        have more of them, because the axis is farther from the ray's direction; and a ray in Sponza's corridors has fewer than \
+                        one in a Cornell box, here demo:cornell. *Four of the scene*: copies side by side through images with twice the texels. \
+                        With an odd k of 6 k² directions some axes lie in walls, which then have no fragments.";
 
 /// Texels and fragments of a ray on average, to the first hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,51 +91,31 @@ impl DeepBench {
         let sets = sets(quick);
         // 150 of 128², as in his figure 7.
         let usual = sets[sets.len() / 2];
-        let (mut rows, mut rays_of_scene) = (Vec::new(), Vec::new());
-        for set in &sets {
-            let (row, rays) = self.crossings_of("the scene", scene, *set, None, count)?;
-            rows.push(row);
-            if *set == usual {
-                rays_of_scene = rays;
-            }
-        }
-        let twice = bisected(scene);
-        let same = Some(rays_of_scene);
-        for (words, scene, rays) in [
-            ("twice the triangles", &twice, &same),
-            ("four times the triangles", &bisected(&twice), &same),
-            ("an empty box", &corridors(1), &None),
-            ("tight corridors", &corridors(CORRIDORS), &None),
-        ] {
-            rows.push(self.crossings_of(words, scene, usual, rays.clone(), count)?.0);
-        }
+        let of_scene = sets.iter().map(|set| self.crossings_of("the scene", scene, *set, count));
+        let mut rows = of_scene.collect::<Result<Vec<_>, _>>()?;
+        let cornell = lanternfish_scene::generate::demo("cornell").expect("every program has it");
+        rows.push(self.crossings_of("a Cornell box", &cornell, usual, count)?);
         let finer = DeepImageSettings { resolution: 2 * usual.resolution, ..usual };
-        rows.push(self.crossings_of("four of the scene", &four_of(scene), finer, None, count)?.0);
+        rows.push(self.crossings_of("four of the scene", &four_of(scene), finer, count)?);
         Ok(rows)
     }
 
-    /// A row, and its rays: `rays`, or those from halfway between the scene's surfaces.
+    /// A row of rays from halfway between the scene's surfaces.
     fn crossings_of(
         &mut self,
-        words: &str,
+        words: &'static str,
         scene: &Scene,
         set: DeepImageSettings,
-        rays: Option<Vec<TracedRay>>,
         count: u32,
-    ) -> Result<(Row, Vec<TracedRay>), CliError> {
+    ) -> Result<Row, CliError> {
         let directions = 2 * set.directions.count();
         let bench = Rc::clone(&self.bench);
         bench.step(TABLE, &format!("{words}, {directions} directions of {}²", set.resolution), || {
             let settings = Settings::direct_light().with_shadows(Shadows::BVH);
             let uploaded = self.bench.stage(scene, &settings)?.scene;
-            let (_, images) = build(&self.bench.gpu, &mut self.profiler, &uploaded, 0, TABLE, set)?;
-            let rays = match rays {
-                Some(rays) => rays,
-                None => {
-                    let known = rays::from_surfaces(scene, &super::exact(scene)?, &images, count);
-                    known.iter().filter_map(halfway).collect()
-                }
-            };
+            let (built, images) = build(&self.bench, &mut self.profiler, &uploaded, 0, words, set)?;
+            let known = rays::from_surfaces(scene, &super::exact(scene)?, &images, count);
+            let rays: Vec<TracedRay> = known.iter().filter_map(halfway).collect();
             let counts = self.each(ACROSS_TEXELS, &images, &rays)?;
             let distances = self.distances(ACROSS_TEXELS, &uploaded, &images, &rays)?.1;
             let hits = counts.iter().zip(&distances).filter(|(_, distance)| **distance >= 0.0);
@@ -151,18 +125,36 @@ impl DeepBench {
                 .count("triangles", "triangles", scene.triangle_counts().1 as u64)
                 .number("directions", "directions", directions)
                 .texels("resolution", set.resolution)
+                .megabytes("bytes", "MB", built.f64("bytes") as u64)
                 .count("rays", "rays", rays.len() as u64)
                 .and(Counts::row(Some(Counts::of(&hits))))
                 .percent("missed", "missed", 2, 1.0 - hits.len() as f64 / rays.len().max(1) as f64);
-            Ok((row, rays))
+            Ok(row)
         })
     }
 }
 
+/// A larger scene: two by two copies side by side, along the two longest edges of its box.
+fn four_of(scene: &Scene) -> Scene {
+    let (size, mut four) = (scene.bounds().size(), scene.clone());
+    let [x, y, z] = [Vec3::X * size.x, Vec3::Y * size.y, Vec3::Z * size.z];
+    let [first, second] = match size.min_position() {
+        0 => [y, z],
+        1 => [x, z],
+        _ => [x, y],
+    };
+    for offset in [first, second, first + second] {
+        let moved = |instance: &Instance| {
+            let world_from_object = Affine3A::from_translation(offset) * instance.world_from_object;
+            Instance { world_from_object, ..instance.clone() }
+        };
+        four.instances.extend(scene.instances.iter().map(moved));
+    }
+    four
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     #[test]
@@ -191,5 +183,15 @@ mod tests {
         let counts = |quick| sets(quick).iter().map(|set| 2 * set.directions.count()).collect::<Vec<_>>();
         assert_eq!((counts(false), counts(true)), (vec![24, 96, 150, 384], vec![24, 96]));
         assert_eq!(2 * sets(false)[2].directions.count(), 150);
+    }
+
+    #[test]
+    fn four_copies_lie_side_by_side() {
+        let scene = lanternfish_scene::generate::demo("cornell").unwrap();
+        let four = four_of(&scene);
+        assert_eq!(four.triangle_counts().1, 4 * scene.triangle_counts().1);
+        let sizes = four.bounds().size() / scene.bounds().size();
+        assert!((sizes.min_element() - 1.0).abs() < 1e-5 && (sizes.element_product() - 4.0).abs() < 1e-4, "{sizes}");
+        four.validate().unwrap();
     }
 }

@@ -14,7 +14,7 @@ use clap::Args;
 use lanternfish::{
     GpuScene,
     rays::RayTracer,
-    settings::{Settings, Shadows, Tracer},
+    settings::{Settings, Shadows},
 };
 use lanternfish_cli::{args::PartArgs, error::CliError, report::grouped, scene::SceneName};
 use lanternfish_gpu::Profiler;
@@ -111,7 +111,6 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
          are of a GeForce GTX 1060 [Archer 2019, table 2 and §4].",
     );
     report.paragraph(layers::TEXT);
-    report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
     for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
         report.heading(&format!("Building: {}", group[0].words_of("group").to_lowercase()));
         report.show(group.iter().cloned());
@@ -208,7 +207,7 @@ impl DeepBench {
         group: &'static str,
         settings: DeepImageSettings,
     ) -> Result<(Row, DeepImages), CliError> {
-        build(&self.bench.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
+        build(&self.bench, &mut self.profiler, &self.uploaded, runs, group, settings)
     }
 
     /// Compares images with those of the builder that draws each direction.
@@ -231,49 +230,4 @@ fn holes_row(built: &Row, holes: &Holes) -> Row {
     let classes = ["to 1/4", "to 1/2", "to 3/4", "to 1"].into_iter().zip(holes.missing_by_cosine);
     let row = classes.fold(row, |row, (class, missing)| row.shown(class, percent(3, missing)));
     row.percent("spurious", "spurious", 3, holes.spurious)
-}
-
-/// Pairs of a row and its baseline: the row with the same table, directions and resolution whose `key` is `baseline`.
-fn over<'r>(rows: &'r [Row], key: &'static str, baseline: &'static str) -> impl Iterator<Item = (&'r Row, &'r Row)> {
-    let is_alike = |a: &Row, b: &Row| ["group", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key));
-    let others = rows.iter().filter(move |row| *row.get(key) != baseline);
-    others.filter_map(move |row| {
-        Some((row, rows.iter().find(|other| *other.get(key) == baseline && is_alike(row, other))?))
-    })
-}
-
-/// Build times of the other builders relative to the single-pass builder, for equal directions and resolution.
-fn builder_ratios(built: &[Row]) -> Vec<String> {
-    let ratio = |(row, single): (&Row, &Row)| {
-        let (directions, texels, times) =
-            (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
-        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
-    };
-    let is_of_one_set = |(row, single): &(&Row, &Row)| row.get("set") == single.get("set");
-    over(built, "builder", "single_pass").filter(is_of_one_set).map(ratio).collect()
-}
-
-/// Ray rates through images relative to the rate through the BVH, measured in the same run.
-fn tracer_ratios(traced: &[Row]) -> Vec<String> {
-    let ratio = |(row, bvh): (&Row, &Row)| {
-        let [random, by_direction] = ["rate_random", "rate_by_direction"].map(|key| row.f64(key) / bvh.f64(key));
-        let (structure, directions, texels) =
-            (row.words("structure"), row.words("directions"), row.words("resolution"));
-        format!(
-            "{structure} / BVH, {directions} x {texels}, ray rate: {random:.1} random, {by_direction:.1} by direction"
-        )
-    };
-    over(traced, "structure", Tracer::BVH.name()).map(ratio).collect()
-}
-
-#[test]
-fn ratios_are_between_rows_that_differ_in_one_parameter() {
-    let row = |builder: &str, directions: u32, ms| {
-        let set = if builder == "per_direction" { "stacks:13x13" } else { "zonal:8" };
-        let row = Row::default().data("group", "Builders").data("builder", builder).data("set", set);
-        row.number("directions", "", directions).number("resolution", "", 64).fixed("total_ms", "", 1, ms)
-    };
-    let others = [row("per_triangle", 8, 3.0), row("per_triangle", 16, 9.0), row("per_direction", 8, 4.0)];
-    let rows: Vec<_> = [row("single_pass", 8, 2.0)].into_iter().chain(others).collect();
-    assert_eq!(builder_ratios(&rows), ["per_triangle / single_pass, 8 directions of 64, time: 1.5"]);
 }

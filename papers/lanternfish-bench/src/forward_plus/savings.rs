@@ -44,14 +44,17 @@ impl ForwardPlus {
         self.bench.rows("rows", OPTIMISATIONS, name, |(name, settings, paper)| self.saving(name, *settings, *paper))
     }
 
-    fn saving(&self, name: &str, settings: [&str; 2], paper: Option<f64>) -> Result<Row, CliError> {
+    fn saving(&self, name: &str, [without, with]: [&str; 2], paper: Option<f64>) -> Result<Row, CliError> {
         let stage = |changes| {
-            let settings = changed(&self.view.look, &declared(changes, "off"));
+            let mut settings = changed(&self.view.look, &declared(changes, "off"));
+            if changes == with {
+                settings = self.bench.made(&format!("pairs: {name}"), &settings);
+            }
             let mut stage = self.stage(&settings, changes)?;
             let rays = counter(&stage.frame(&self.view)?.report, "shadows/rays") as f64;
             Ok::<_, CliError>((stage, rays))
         };
-        let [(mut without, rays), (mut with, fewer_rays)] = [stage(settings[0])?, stage(settings[1])?];
+        let [(mut without, rays), (mut with, fewer_rays)] = [stage(without)?, stage(with)?];
         let (mut frame, mut shadow) = (Timed::default(), Timed::default());
         for pair in 0..self.bench.runs.max(PAIRS) {
             let mut times = [[0.0; 2]; 2];

@@ -4,7 +4,7 @@ use lanternfish::{
     settings::{Materials, Samples, Settings, Tracer},
     techniques::Sampled,
 };
-use lanternfish_papers::{DeepImageSettings, DirectionSet};
+use lanternfish_papers::{ACROSS_TEXELS, DeepImageSettings, DirectionSet};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 
@@ -196,8 +196,6 @@ pub struct Group {
 pub struct Plan {
     pub through_bvh: Vec<RayCase>,
     pub groups: Vec<Group>,
-    /// Images beside the BVH for the radiance cache; none: the BVH alone.
-    pub cached: Option<ImageSet>,
     /// Images for soft shadows [Niessner2010, table 1].
     pub soft: Vec<ImageSet>,
     /// Images for diffuse and glossy light together [Niessner2010, fig. 1].
@@ -211,25 +209,27 @@ impl Plan {
     pub fn new(quick: bool, resolutions: &[u32]) -> Self {
         let through_bvh: Vec<RayCase> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
         // [Niessner2010, table 1].
-        let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
+        let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[4, 5]) } else { ([128, 512], &[4, 5, 8]) };
         let resolutions = if resolutions.is_empty() { &usual } else { resolutions };
         let sets =
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
             let is_his = |brdf: Brdf| !quick && set.resolution == resolutions[0] && set.k == brdf.k();
             let rows = through_bvh.iter().filter(|row| **row == RayCase::plain(row.brdf) || is_his(row.brdf));
+            // A quick run has each BRDF through his number of directions alone, as he traces.
+            let rows = rows.filter(|row| !quick || set.k == row.brdf.k());
             let traced = |row: &RayCase| {
                 let row = *row;
                 let tracers = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact());
+                let tracers = tracers.filter(|tracer| !quick || *tracer == ACROSS_TEXELS);
                 tracers.map(move |tracer| RayCase { images: Some((set, tracer)), ..row })
             };
             Group { set, rows: rows.flat_map(traced).collect() }
         };
         let groups: Vec<Group> = sets.map(group).collect();
-        let (most, of_parts) = (ks[ks.len() - 1], if quick { ks[0] } else { Brdf::Glossy.k() });
+        let (most, of_parts) = (ks[ks.len() - 1], Brdf::Glossy.k());
         let soft = resolutions.iter().take(if quick { 1 } else { usize::MAX });
         Self {
-            cached: groups.first().map(|group| group.set).filter(|_| !quick),
             soft: soft.map(|resolution| ImageSet { k: most, resolution: *resolution }).collect(),
             parts: ImageSet { k: of_parts, resolution: resolutions[0] },
             filtered: ImageSet { k: ks[0], resolution: resolutions[0] },

@@ -62,8 +62,6 @@ pub fn trace_alike(a: &Row, b: &Row) -> bool {
 pub struct Measured {
     pub images: Vec<Row>,
     pub rows: Vec<Row>,
-    /// Rows of the radiance cache.
-    pub cached: Vec<Row>,
     /// Soft shadows.
     pub soft: Vec<Row>,
     /// Diffuse light by his filter and ours.
@@ -125,7 +123,6 @@ impl RayBench {
                 Err(reason) => bench.leave_out(group.set.in_words(), reason),
             }
         }
-        measured.cached = self.cached(plan.cached, &converged[Brdf::Diffuse as usize])?;
         measured.soft = self.soft_shadows(&plan.soft, &measured.images)?;
         let filters = || self.filters(plan.filtered, &measured.images, &converged[Brdf::Diffuse as usize]);
         match bench.step("filters", "Filters of diffuse light", filters) {
@@ -148,7 +145,7 @@ impl RayBench {
         let (bench, settings) = (&self.bench, sized(group.set.settings(), built)?);
         // The scenes of all BRDFs have the same geometry.
         let scene = self.scene(Brdf::Diffuse);
-        let build = || build(&bench.gpu, profiler, scene, bench.runs, "indirect", settings);
+        let build = || build(bench, profiler, scene, bench.runs, "indirect", settings);
         built.push(bench.step("build", &format!("Building, {}", group.set.in_words()), build)?.0);
         Ok(settings.fragments_a_texel)
     }
@@ -224,7 +221,8 @@ impl RayBench {
 
     /// Renders the image, and returns it with the times of the fastest run. A first run is not timed.
     fn render(&self, case: RayCase, fragments_a_texel: Option<u64>) -> Result<(RenderedImage, Times), RenderError> {
-        let mut renderer = self.bench.renderer(&case.settings(&self.view.look, fragments_a_texel))?;
+        let settings = case.settings(&self.view.look, fragments_a_texel);
+        let mut renderer = self.bench.renderer(&self.bench.made(&case.in_words(), &settings))?;
         let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
         let mut frames = || {
             // Frame by frame, because the report of an accumulated image holds only the sum of its frames' times.

@@ -1,7 +1,6 @@
 //! `lanternfish-bench indirect`: speed and errors of indirect light with rays through deep images, compared with the BVH
 //! [Niessner2010, §7].
 
-mod cached;
 mod cases;
 mod errors;
 mod figures;

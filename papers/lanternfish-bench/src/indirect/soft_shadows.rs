@@ -72,6 +72,7 @@ impl RayBench {
                 if let Some(set) = through.1 {
                     settings.structure = sized(set.settings(), built)?.into();
                 }
+                let settings = bench.made(&words, &settings);
                 self.soft_row(&scene, &settings, through, &beside, &mut bvh)
             };
             match bench.step("soft", &words, row) {

@@ -150,7 +150,7 @@ impl OneBounce {
     /// Renders a configuration of the table, compares its image, and writes it to the folder.
     pub fn row(&self, case: &Case) -> Result<(TimedFrames, IndirectErrors), CliError> {
         let lit = self.lit(case)?;
-        let timed = self.bench.timed(&lit.view, &case.settings)?;
+        let timed = self.bench.timed(&lit.view, &self.bench.made(&format!("light: {}", case.name), &case.settings))?;
         self.bench.write(&case.name, &timed.image)?;
         let errors = lit.errors(&timed.image)?;
         Ok((timed, errors))

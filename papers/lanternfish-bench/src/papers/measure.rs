@@ -1,5 +1,7 @@
 //! A figure with the runs of the times that it is computed from, and the interval in which it lies.
 
+use std::ops::{Add, Div};
+
 use lanternfish_cli::timed::Timed;
 
 /// Pairs of runs from which on the interval of their median has 95 %.
@@ -53,7 +55,7 @@ impl Measure {
     }
 
     /// A figure of both. Runs are paired by their number.
-    pub fn with(self, other: Self, of: fn(f64, f64) -> f64) -> Self {
+    fn with(self, other: Self, of: fn(f64, f64) -> f64) -> Self {
         let value = of(self.value, other.value);
         let (is_exact, others_is) = (self.times.is_none(), other.times.is_none());
         if is_exact && others_is {
@@ -96,13 +98,25 @@ impl Measure {
     }
 }
 
+impl Add for Measure {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+}
+
+impl Div for Measure {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        self.with(other, |a, b| a / b)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn divided(a: f64, b: f64) -> f64 {
-        a / b
-    }
 
     fn time(each: &[f64], together: &str) -> Measure {
         Measure::time(each[0], each.to_vec(), 1.44, Some(together.to_owned()))
@@ -112,23 +126,23 @@ mod tests {
     fn pairs_cancel_what_disturbs_both() {
         // The machine becomes three times as slow meanwhile.
         let [a, b] = [[1.0, 1.1, 2.0, 2.1, 3.0, 3.1], [2.0, 2.2, 4.0, 4.3, 6.0, 6.1]];
-        let ratio = time(&b, "rows").with(time(&a, "rows"), divided);
+        let ratio = time(&b, "rows") / time(&a, "rows");
         let ([low, high], basis) = ratio.interval().unwrap();
         assert_eq!(basis, Basis::Pairs(6));
         assert!(low > 1.9 && high < 2.1 && ratio.decisive() == 2.0, "{ratio:?}");
-        let saving = Measure::exact(1.0).with(ratio, |a, b| a - b);
-        assert!(matches!(saving.interval(), Some(([low, _], Basis::Pairs(6))) if low < -1.0), "{saving:?}");
+        let sum = Measure::exact(1.0) + ratio;
+        assert!(matches!(sum.interval(), Some(([low, _], Basis::Pairs(6))) if low > 2.9), "{sum:?}");
     }
 
     #[test]
     fn few_runs_and_times_of_different_moments_have_a_margin() {
-        let few = time(&[2.0], "rows").with(time(&[1.0], "rows"), divided);
+        let few = time(&[2.0], "rows") / time(&[1.0], "rows");
         let ([low, high], basis) = few.interval().unwrap();
         assert!((low - 2.0 / 1.44).abs() < 1e-12 && (high - 2.0 * 1.44).abs() < 1e-12);
         assert_eq!((basis, few.decisive()), (Basis::Apart, 2.0));
         let runs = [1.0; 7];
-        let apart = time(&runs, "a").with(time(&runs, "b"), divided);
+        let apart = time(&runs, "a") / time(&runs, "b");
         assert!(matches!(apart.interval(), Some(([low, high], Basis::Apart)) if low < 0.7 && high > 1.4));
-        assert_eq!(Measure::exact(2.0).with(Measure::exact(4.0), divided).interval(), None);
+        assert_eq!((Measure::exact(2.0) / Measure::exact(4.0)).interval(), None);
     }
 }

@@ -4,18 +4,18 @@
 //! Other benches measure ([`mod@parts`]), each in a process of its own; this one reads their reports.
 
 mod claims;
-mod declared;
+mod faults;
 mod measure;
 mod page;
 mod parts;
-mod query;
+mod rows;
 mod runner;
-mod special;
+mod tables;
 #[cfg(test)]
 mod tests;
 
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
@@ -25,10 +25,12 @@ use lanternfish_gpu::{AdapterChoice, Gpu};
 use serde::Deserialize;
 
 use self::{
+    claims::Claim,
     page::{Machine, RanPart},
     parts::{Form, Part, parts},
-    query::Reports,
+    rows::Reports,
     runner::Ran,
+    tables::{About, TABLES},
 };
 use crate::{bench::make_folder, document::Document};
 
@@ -57,6 +59,13 @@ pub struct PapersArgs {
     /// another adapter.
     #[arg(long)]
     resume: bool,
+    /// Measures nothing, and makes the page again from the stored run FOLDER.json with the parts FOLDER/PART.json.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "seconds")]
+    from: Option<PathBuf>,
+    /// Repeats a deliberate fault: its part is run wrongly, and the claims that it must turn are judged beside the stored
+    /// run (`--from`; default: measured/papers-quick in the folder of --docs). Fails if one is still confirmed.
+    #[arg(long, value_name = "NAME", value_parser = fault_name)]
+    fault: Option<String>,
     /// The folder for the page and for the parts' reports. It is made if it is not there.
     #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "bench-papers")]
     output: PathBuf,
@@ -78,6 +87,13 @@ fn part_name(text: &str) -> Result<String, String> {
     if is_known { Ok(text.to_owned()) } else { Err(format!("the parts are {}", names.join(", "))) }
 }
 
+fn fault_name(text: &str) -> Result<String, String> {
+    let mut names: Vec<&str> = faults::all().map(|(_, fault)| fault.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    if names.contains(&text) { Ok(text.to_owned()) } else { Err(format!("the faults are {}", names.join(", "))) }
+}
+
 /// A paper, as `parts.toml` names it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -97,16 +113,47 @@ pub enum Paper {
 /// All papers, in the order of the page.
 pub const PAPERS: [Paper; 5] = [Paper::Elagabani, Paper::VanGelderen, Paper::Niessner, Paper::Aalund, Paper::Archer];
 
+impl Paper {
+    /// What stands above its claims.
+    fn about(self) -> About {
+        match self {
+            Self::Elagabani => claims::elagabani::ABOUT,
+            Self::VanGelderen => claims::van_gelderen::ABOUT,
+            Self::Niessner => claims::niessner::ABOUT,
+            Self::Aalund => claims::aalund::ABOUT,
+            Self::Archer => claims::archer::ABOUT,
+        }
+    }
+
+    fn claims(self) -> Vec<Claim> {
+        match self {
+            Self::Elagabani => claims::elagabani::claims(),
+            Self::VanGelderen => claims::van_gelderen::claims(),
+            Self::Niessner => claims::niessner::claims(),
+            Self::Aalund => claims::aalund::claims(),
+            Self::Archer => claims::archer::claims(),
+        }
+    }
+}
+
 /// Measures, and writes the page.
 pub fn run(args: &PapersArgs) -> Result<(), CliError> {
     make_folder(&args.output)?;
+    if let Some(name) = &args.fault {
+        return faults::repeat(args, name);
+    }
+    let is_requested = |paper: &Paper| args.papers.is_empty() || args.papers.contains(paper);
+    let papers: Vec<Paper> = PAPERS.into_iter().filter(is_requested).collect();
+    if let Some(folder) = &args.from {
+        let (reports, machine, ran) = runner::stored(folder)?;
+        write(args, &papers, &machine, &reports, &ran)?;
+        return print(&page::summary(&papers, &reports));
+    }
     let choice = match &args.adapter {
         Some(name) => adapter(name).map_err(|error| CliError::new(error, "see the help of --adapter"))?,
         None => AdapterChoice::default(),
     };
     let machine = Machine::of(&Gpu::open(&choice)?.description);
-    let is_requested = |paper: &Paper| args.papers.is_empty() || args.papers.contains(paper);
-    let papers: Vec<Paper> = PAPERS.into_iter().filter(is_requested).collect();
     let mut parts = parts();
     parts.retain(|part| part.papers.iter().any(is_requested));
     parts.retain(|part| args.parts.is_empty() || args.parts.contains(&part.name));
@@ -128,9 +175,8 @@ pub fn run(args: &PapersArgs) -> Result<(), CliError> {
 pub fn beside(paper: Paper, part: &str, report: &mut Document) {
     let mut reports = Reports::default();
     reports.add(part, serde_json::to_value(&*report).map_err(|error| error.to_string()));
-    let declared = paper.declared();
-    for table in declared.tables.iter().filter(|table| table.of == part) {
-        report.section(&table.heading, &table.text, table.key.clone(), declared.rows(table, &reports));
+    for table in TABLES.iter().filter(|table| table.paper == paper && table.of[0] == part) {
+        report.section(table.heading, table.text, table.key, table.rows(&reports));
     }
 }
 
@@ -141,6 +187,11 @@ impl PapersArgs {
             (_, true) => Form::Card,
             _ => Form::Full,
         }
+    }
+
+    /// The stored run beside which faults are judged.
+    fn stored(&self) -> PathBuf {
+        self.from.clone().unwrap_or_else(|| self.docs.join(Path::new("measured").join("papers-quick")))
     }
 
     fn commit(&self) -> String {

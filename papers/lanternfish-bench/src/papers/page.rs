@@ -1,17 +1,19 @@
 //! The page: for each paper its claims with verdicts, its tables and its plots.
 
 use lanternfish_gpu::AdapterDescription;
+use serde::Deserialize;
 
 use super::{
     Paper,
     claims::{NOT_MEASURED, Verdict},
     measure::margin,
     parts::{Form, Part},
-    query::Reports,
+    rows::Reports,
     runner::Ran,
-    special,
+    tables::TABLES,
 };
 use crate::{
+    clustered::figures::{Figures, page::plotted},
     document::Document,
     table::{Row, to_markdown},
 };
@@ -44,7 +46,7 @@ impl Machine {
 }
 
 /// A part, as the page tells of it.
-pub struct RanPart(Row);
+pub struct RanPart(pub Row);
 
 impl RanPart {
     pub fn of(part: &Part, (arguments, ran): &(Option<Vec<String>>, Ran)) -> Self {
@@ -79,39 +81,40 @@ pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, 
         }
     ));
     page.paragraph(format!(
-        "A claim on times is confirmed if the whole interval of the figure fulfils its rule, and within noise if a part does. Paired times: rows \
-         measured in turn, run by run, six runs or more; the figure is the median of the pairs, the interval has 95 %. Times apart: all others; \
-         the interval is that of all runs, with a margin of {} × for what changes meanwhile. Fitted: the figure rests on values that the paper \
-         does not state.",
+        "A claim on times is confirmed if the whole interval of the figure fulfils its rule, refuted if no part does, and else within noise. \
+         Paired times: rows measured in turn, run by run, six runs or more; the figure is the median of the pairs, the interval has 95 %. Times \
+         apart: all others; the interval is that of all runs, with a margin of {} × for what changes meanwhile. Fitted: the rule is fulfilled by \
+         values that the paper does not state, which were chosen to fulfil it. Lost by: the deliberate fault with which the claim is not confirmed, \
+         `lanternfish-bench papers --fault NAME`.",
         margin(machine.is_software)
     ));
     page.show(counted(papers, reports));
     let mut claims = Vec::new();
     for paper in papers {
-        let declared = paper.declared();
-        page.heading(&declared.title);
-        page.paragraph(declared.theirs.as_str());
-        page.paragraph(declared.comparable(reports));
-        let rows: Vec<Row> = declared.judged(reports).iter().map(|claim| claim.row(paper.key())).collect();
+        let about = paper.about();
+        page.heading(about.title);
+        page.paragraph(about.theirs);
+        page.paragraph(about.comparable(reports));
+        let rows: Vec<Row> = paper.claims().iter().map(|claim| claim.judged(reports).row(paper.key())).collect();
         page.subheading("Claims");
         page.show(rows.iter().cloned());
         claims.extend(rows);
         let mut without_figures = Vec::new();
-        for table in &declared.tables {
-            let rows = declared.rows(table, reports);
-            if !table.has_figures(&rows) {
-                without_figures.push(table.heading.clone());
+        for table in TABLES.iter().filter(|table| table.paper == *paper) {
+            let rows = table.rows(reports);
+            if rows.is_empty() {
+                without_figures.push(table.heading.to_owned());
                 continue;
             }
-            page.subheading(&table.heading);
+            page.subheading(table.heading);
             if !table.text.is_empty() {
-                page.paragraph(table.text.as_str());
+                page.paragraph(table.text);
             }
             page.show(rows.iter().cloned());
-            page.keep(table.key.clone(), rows);
+            page.keep(table.key, rows);
         }
         if *paper == Paper::VanGelderen {
-            special::plots(&mut page, reports);
+            plots(&mut page, reports);
         }
         if !without_figures.is_empty() {
             page.subheading("Not measured");
@@ -124,13 +127,27 @@ pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, 
     page
 }
 
+/// Adds the figures of the thesis that are plots, as far as there are any.
+fn plots(page: &mut Document, reports: &Reports) {
+    if let Ok(plot) = reports.part("attenuation") {
+        page.subheading("Fig. A.1: attenuation functions");
+        page.html(plot.json.as_str().unwrap_or_default().to_owned());
+    }
+    let figures = reports
+        .part("clustered-track")
+        .and_then(|report| Figures::deserialize(report.json).map_err(|error| format!("clustered-track: {error}")));
+    match figures {
+        Ok(figures) => plotted(page, &figures, Document::subheading),
+        Err(reason) => page.paragraph(format!("Figures 6.2 to 6.10: not measured, because {reason}.")),
+    }
+}
+
 /// How many claims of each paper have which verdict.
 fn counted(papers: &[Paper], reports: &Reports) -> Vec<Row> {
     let row = |paper: &Paper| {
-        let declared = paper.declared();
-        let judged = declared.judged(reports);
-        Verdict::NAMES.iter().fold(Row::default().text("paper", "paper", &declared.title), |row, (key, verdict)| {
-            row.number(*key, verdict, judged.iter().filter(|claim| claim.verdict.name() == *verdict).count())
+        let verdicts: Vec<_> = paper.claims().iter().map(|claim| claim.judged(reports).verdict.name()).collect();
+        Verdict::NAMES.iter().fold(Row::default().text("paper", "paper", paper.about().title), |row, (key, verdict)| {
+            row.number(*key, verdict, verdicts.iter().filter(|name| *name == verdict).count())
         })
     };
     papers.iter().map(row).collect()

@@ -13,10 +13,11 @@ use lanternfish_cli::{error::CliError, output::write_text};
 use serde_json::{Value, json};
 
 use super::{
-    parts::{Part, TRACK},
-    query::Found,
+    page::{Machine, RanPart},
+    parts::{Part, TRACK, parts},
+    rows::{Found, Reports},
 };
-use crate::bench::make_folder;
+use crate::{bench::make_folder, table::Row};
 
 /// The file that says with which arguments a part was made, and how long that took; it is there only of complete ones.
 const ARGUMENTS: &str = "arguments.json";
@@ -75,6 +76,30 @@ fn product(part: &Part, folder: &Path) -> Found<Value> {
         return if is_whole { Ok(text.into()) } else { Err("the plot is not complete".to_owned()) };
     }
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", part.product()))
+}
+
+/// A stored run: the reports FOLDER/PART.json, the machine, and what FOLDER.json says of the parts.
+pub fn stored(folder: &Path) -> Result<(Reports, Machine, Vec<RanPart>), CliError> {
+    let read = |file: &Path| -> Found<Value> {
+        let text = fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", file.display()))
+    };
+    let page = read(&folder.with_extension("json")).map_err(|error| CliError::new(error, "name a stored run"))?;
+    let words = |of: &Value, key: &str| of[key].as_str().unwrap_or_default().to_owned();
+    let [adapter, driver] = ["adapter", "driver"].map(|key| words(&page, key));
+    let machine = Machine { adapter, driver, is_software: page["software"] == true };
+    let mut reports = Reports::of(machine.is_software);
+    for Part { name, .. } in parts() {
+        reports.add(&name, read(&folder.join(format!("{name}.json"))));
+    }
+    let part = |row: &Value| {
+        let text = |told: Row, key: &'static str| told.text(key, key, words(row, key));
+        let told = ["part", "command"].into_iter().fold(Row::default(), text);
+        RanPart(
+            ["commit", "outcome"].into_iter().fold(told.maybe("seconds", "seconds", 0, row["seconds"].as_f64()), text),
+        )
+    };
+    Ok((reports, machine, page["parts"].as_array().into_iter().flatten().map(part).collect()))
 }
 
 /// Runs a part, and reads what it wrote. It is stopped after `most`. An error only where nothing can be written.

@@ -2,16 +2,24 @@
 
 mod written;
 
-use std::path::Path;
+use std::{collections::BTreeMap, fs, path::Path};
 
 use clap::Parser;
 use serde_json::{Value, json};
 
-use super::{claims::Verdict, *};
+use lanternfish::settings::Settings;
+
+use super::{
+    claims::Verdict,
+    faults::{Fault, How},
+    rows::OF_CARDS,
+    *,
+};
 use crate::{Cli, table::to_json};
 
 /// Number of claims of each paper: none may be lost.
-const CLAIMS: [usize; 5] = [17, 13, 22, 11, 21];
+const CLAIMS: [usize; 5] = [15, 11, 22, 7, 20];
+const STORED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/measured/papers-quick");
 
 fn machine() -> Machine {
     Machine { adapter: "A card".to_owned(), driver: "its driver".to_owned(), is_software: false }
@@ -19,7 +27,7 @@ fn machine() -> Machine {
 
 #[test]
 fn every_claim_is_on_the_page_once_with_a_verdict() {
-    assert_eq!(PAPERS.map(|paper| paper.declared().claims.len()), CLAIMS);
+    assert_eq!(PAPERS.map(|paper| paper.claims().len()), CLAIMS);
     let mut reports = Reports::default();
     reports.add("attenuation", Ok(Value::from("<svg></svg>")));
     reports.add("clustered-track", Err("it took too long".to_owned()));
@@ -42,7 +50,7 @@ fn every_claim_is_on_the_page_once_with_a_verdict() {
 
 #[test]
 fn a_page_of_nothing_says_so_of_each_claim() {
-    let mut reports = Reports::of(false);
+    let mut reports = Reports::default();
     let mut ran = Vec::new();
     for part in &parts() {
         let outcome = Err("the device was lost".to_owned());
@@ -95,5 +103,77 @@ fn every_part_is_a_command_in_both_forms() {
     assert!((480.0..=540.0).contains(&of_card), "{of_card} s are not nine minutes");
     for paper in &PAPERS {
         assert!(all.iter().any(|part| part.papers.contains(paper)), "{paper:?}");
+    }
+}
+
+#[test]
+fn every_claim_that_can_be_confirmed_names_a_fault() {
+    let all = || PAPERS.into_iter().flat_map(Paper::claims);
+    let without: Vec<String> =
+        all().filter(|claim| claim.can_be_confirmed() && claim.fault.is_none()).map(|claim| claim.what).collect();
+    assert_eq!(without, [""; 0]);
+    lanternfish_papers::register();
+    let (parts, mut known) = (parts(), BTreeMap::<&str, Fault>::new());
+    for (claim, fault) in faults::all() {
+        assert_eq!(*known.entry(fault.name).or_insert(fault), fault, "{}: two faults of one name", claim.what);
+        let part = parts.iter().find(|part| part.name == fault.part);
+        let is_stored = matches!(fault.how, How::Swapped(..)) && OF_CARDS.iter().any(|(name, _)| *name == fault.part);
+        assert!(part.is_some() || is_stored, "{fault:?}");
+        let Some(words) = part.and_then(|part| part.arguments(Form::Quick, Path::new("docs"), Path::new("out"), None))
+        else {
+            continue;
+        };
+        let Some(words) = fault.arguments(words) else { continue };
+        let parsed = Cli::try_parse_from(std::iter::once("lanternfish-bench".to_owned()).chain(words.clone()));
+        assert!(parsed.is_ok(), "{words:?}: {}", parsed.err().unwrap());
+        if let How::Made(_, changes) = fault.how {
+            let names = changes.split(", ").map(|change| change.split(' ').next().unwrap_or_default());
+            let is_setting = |name: &str| Settings::parameters().iter().any(|known| known.info.name == name);
+            assert!(names.clone().all(is_setting), "{changes}");
+        }
+    }
+}
+
+/// On the rows of the stored run and of its faults.
+#[test]
+fn every_confirmed_claim_was_lost_once() {
+    let stored = || runner::stored(Path::new(STORED)).unwrap().0;
+    let (reports, mut lost) = (stored(), 0);
+    for claim in PAPERS.into_iter().flat_map(Paper::claims) {
+        if !matches!(claim.judged(&reports).verdict, Verdict::Confirmed(_)) {
+            continue;
+        }
+        let (fault, mut with_fault) = (claim.fault.unwrap(), stored());
+        match fault.how {
+            How::Swapped(key, values) => with_fault.swap(fault.part, key, values),
+            _ => {
+                let file = format!("{STORED}/faults/{}.json", fault.name);
+                let rows = fs::read(&file).unwrap_or_else(|error| panic!("{}: {file}: {error}", claim.what));
+                with_fault.add(fault.part, Ok(serde_json::from_slice(&rows).unwrap()));
+            }
+        }
+        let judged = claim.judged(&with_fault);
+        assert!(
+            !matches!(judged.verdict, Verdict::Confirmed(_)),
+            "{}: {} with {}",
+            claim.what,
+            judged.ours,
+            fault.name
+        );
+        assert!(!judged.ours.starts_with("not measured"), "{}: {}", claim.what, judged.words());
+        lost += 1;
+    }
+    assert!(lost > 10, "{lost}");
+}
+
+/// `papers --from` makes the stored page.
+#[test]
+fn the_stored_page_is_that_of_its_parts() {
+    let (reports, machine, ran) = runner::stored(Path::new(STORED)).unwrap();
+    let page = page::page(&PAPERS, &machine, Form::Quick, &reports, &ran);
+    let stored: Value = serde_json::from_slice(&fs::read(Path::new(STORED).with_extension("json")).unwrap()).unwrap();
+    let made: Value = serde_json::from_str(&to_json(&page)).unwrap();
+    for (key, rows) in stored.as_object().unwrap() {
+        assert_eq!(*rows, made[key], "{key}: lanternfish-bench papers --quick --from docs/measured/papers-quick");
     }
 }

@@ -1,18 +1,21 @@
 //! The measured configurations.
 
 use lanternfish::settings::Settings;
-use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet};
+use lanternfish_papers::{DeepImageSettings, DeepStore, DirectionSet, Paper};
 
 use crate::case::{Case, changed};
 
-/// The case of [`PAPERS`].
+/// The case of [`papers`].
 pub const PAPER: &str = "as in the paper";
 /// Texels along an edge of its images.
 pub const PAPERS_RESOLUTION: u32 = 200;
-/// Photons as in the paper (its maps: [`plain`]), which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
-/// nothing filtered; they are drawn with additive blending. They are kept by their footprints, not by their positions (his step 4b).
-const PAPERS: &str = "indirect photon-splatting, photon-count 1024, photon-tracer within-texel, photon-radius 1, photon-widened off, \
-                      photon-conserve off, photon-splat raster, indirect-filter 0";
+/// Photons as `--as aalund` has them, but drawn with additive blending, as he does (§4.2). His maps: [`plain`].
+fn papers(look: &Settings) -> Settings {
+    let rows = Paper::Aalund.rows().into_iter();
+    let photons = rows.filter(|row| row.name.starts_with("photon-") || row.name.starts_with("indirect"));
+    let changes: Vec<String> = photons.map(|row| format!("{} {}", row.name, row.value)).collect();
+    changed(look, &format!("{}, photon-splat raster", changes.join(", ")))
+}
 
 /// Techniques with their parameters.
 const QUICK: [&str; 7] = [
@@ -48,8 +51,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     if !quick {
         all.extend(PHOTONS.map(|changes| Case::one_bounce(look, &format!("photon-splatting, {changes}"))));
         let ours = papers_images(PAPERS_RESOLUTION);
-        all.push(Case::new(PAPER, changed(look, PAPERS).with_structure(plain(ours))));
-        all.push(Case::new(format!("{PAPER}, our deep images"), changed(look, PAPERS).with_structure(ours)));
+        all.push(Case::new(PAPER, papers(look).with_structure(plain(ours))));
+        all.push(Case::new(format!("{PAPER}, our deep images"), papers(look).with_structure(ours)));
     }
     all
 }

@@ -19,36 +19,30 @@ use crate::{
 /// What the table means.
 pub const TEXT: &str = "White surfaces under a white sky, against the path tracer's visible fraction of the sphere with the same distance. *Within \
                         28 %*: obscurance up to 28 % of the scene's diagonal, which is what his 1,280 units are of Crytek Sponza (fig. 8); else \
-                        everything occludes (fig. 9). *Near* is 1/64 of the diagonal, *middle* lies between it and 28 %; HBAO *by radius* \
+                        everything occludes (fig. 9). HBAO *by radius* \
                         takes a sample every 4 pixels of its radius in the image (§5.1). *As in the paper*: the first fragment of one texel, weights of 2 / N, sorted linked lists without triangles; \
                         else images hold them, and those of near fragments are tested.";
 
 /// Names of all ways to find occlusion, and the texels of their images; 0: as usual.
-const WAYS: [(&str, u32); 17] = [
+const WAYS: [(&str, u32); 11] = [
     ("as in the paper, within 28 %, 512 x 200²", 200),
     ("as in the paper, arrays, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, 512 x 200²", 200),
     ("deep, within 28 %, as usual", 0),
     ("hbao, within 28 %", 0),
-    ("as in the paper, near, 512 x 200²", 200),
-    ("deep, near, 512 x 200²", 200),
-    ("hbao, near", 0),
     ("as in the paper, 512 x 50²", 50),
     ("deep, 512 x 50²", 50),
     ("as in the paper, 512 x 200²", 200),
     ("deep, 512 x 200²", 200),
     ("deep, as usual", 0),
-    ("hbao, near, by radius", 0),
-    ("hbao, middle, by radius", 0),
     ("hbao, far, by radius", 0),
-    ("as in the paper, middle, 512 x 200²", 200),
 ];
 
 /// Pixels between the samples of HBAO *by radius*.
 const STEP: f32 = 4.0;
 
-/// The technique that a name of [`WAYS`] begins with, and its reference, if there is one. `distance`: as [`distance_of`] gives it, m.
-fn technique(name: &str, distance: Option<f32>) -> (Occlusion, Option<GroundTruth>) {
+/// The technique that a name of [`WAYS`] begins with, and its reference. `distance`: as [`distance_of`] gives it, m.
+fn technique(name: &str, distance: Option<f32>) -> (Occlusion, GroundTruth) {
     let occlusion = match name.split(',').next() {
         Some("hbao") => {
             let step = name.contains("by radius").then_some(STEP);
@@ -58,22 +52,13 @@ fn technique(name: &str, distance: Option<f32>) -> (Occlusion, Option<GroundTrut
         // Without tests of triangles [Aalund2015, §3.3].
         _ => Deep { max_distance: distance, plain: true, ..Deep::default() }.into(),
     };
-    let ground_truth = match () {
-        () if distance.is_none() => Some(GroundTruth::Occlusion),
-        () if name.contains("near") => Some(GroundTruth::ObscuranceNear),
-        () if name.contains("middle") => None,
-        () => Some(GroundTruth::ObscuranceFar),
-    };
-    (occlusion, ground_truth)
+    (occlusion, if distance.is_none() { GroundTruth::Occlusion } else { GroundTruth::ObscuranceFar })
 }
 
 /// Largest distance of occluders of a name of [`WAYS`], m; none: any. `diagonal`: of the scene, m.
 fn distance_of(name: &str, diagonal: f32) -> Option<f32> {
-    let [near, far] = [GroundTruth::ObscuranceNear, GroundTruth::ObscuranceFar]
-        .map(|kind| kind.max_distance(diagonal).unwrap_or_default());
-    let words: Vec<&str> = name.split(", ").collect();
-    let of = [("near", near), ("middle", (near * far).sqrt()), ("far", far), ("within 28 %", far)];
-    of.into_iter().find(|(word, _)| words.contains(word)).map(|(_, distance)| distance)
+    let is_far = name.split(", ").any(|word| word == "far" || word == "within 28 %");
+    GroundTruth::ObscuranceFar.max_distance(diagonal).filter(|_| is_far)
 }
 
 /// Ways to find occlusion, on white surfaces under a white sky.
@@ -82,7 +67,7 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
     let mut view = of.lit.view.with(ground_truths::white(of.lit.view.scene.clone()));
     let diagonal = view.scene.bounds().size().length();
     let mut references = Vec::new();
-    for kind in [GroundTruth::ObscuranceNear, GroundTruth::ObscuranceFar, GroundTruth::Occlusion] {
+    for kind in [GroundTruth::ObscuranceFar, GroundTruth::Occlusion] {
         let traced = bench.step("ground_truth", "Occlusion", || view.reference(bench, kind, spp))?;
         references.push((kind, traced.mean));
     }
@@ -98,9 +83,10 @@ pub fn rows(of: &OneBounce, spp: u64) -> Result<Vec<Row>, CliError> {
             if name.starts_with(PAPER) && !name.contains("arrays") {
                 images = plain(images);
             }
-            let timed = bench.timed(&view, &view.look.clone().with_occlusion(occlusion).with_structure(images))?;
+            let settings = view.look.clone().with_occlusion(occlusion).with_structure(images);
+            let timed = bench.timed(&view, &bench.made(name, &settings))?;
             bench.write(&format!("occlusion, {name}"), &timed.image)?;
-            let reference = references.iter().find(|(kind, _)| Some(*kind) == ground_truth).map(|(_, mean)| mean);
+            let reference = references.iter().find(|(kind, _)| *kind == ground_truth).map(|(_, mean)| mean);
             let bytes = counter(&timed.image.report, "deep_images/bytes");
             let build_ms = ms_of(&timed.first, "deep_images/");
             let occlusion_ms = ms_of(&timed.image.report.passes, "occlusion/");
@@ -125,10 +111,6 @@ fn every_way_has_the_distance_of_its_ground_truth() {
     for (name, _) in WAYS {
         let distance = distance_of(name, 40.0);
         let (occlusion, ground_truth) = technique(name, distance);
-        let expected = ground_truth.map_or(distance, |kind| kind.max_distance(40.0));
-        assert_eq!(occlusion.technique().unwrap().max_distance(), expected, "{name}");
-        assert_eq!(ground_truth.is_none(), name.contains("middle"), "{name}");
+        assert_eq!(occlusion.technique().unwrap().max_distance(), ground_truth.max_distance(40.0), "{name}");
     }
-    let [near, middle, far] = ["near", "middle", "far"].map(|word| distance_of(word, 40.0).unwrap());
-    assert!(4.0 * near < middle && 4.0 * middle < far, "{near} {middle} {far}");
 }

@@ -94,9 +94,12 @@ impl Beside {
 pub fn ranges(of: &OneBounce, map: MapSize) -> Result<Row, CliError> {
     // A small image, because only ranges are timed.
     let small = View { size: Size { width: 64, height: 36 }, ..of.lit.view.clone() };
-    let timed = |ranges| of.bench.timed(&small, &ranges_alone(&of.lit.view.look, map, ranges));
-    let deep = timed("vpl-ranges average")?;
-    let [bvh, random] = ["vpl-ranges average, vpl-range-tracer bvh", "vpl-ranges random"].map(timed);
+    let timed = |(name, ranges): (&str, &str)| {
+        of.bench.timed(&small, &of.bench.made(name, &ranges_alone(&of.lit.view.look, map, ranges)))
+    };
+    let deep = timed(("ranges by deep images", "vpl-ranges average"))?;
+    let bvh = timed(("ranges by the BVH", "vpl-ranges average, vpl-range-tracer bvh"));
+    let random = timed(("random ranges", "vpl-ranges random"));
     let (bvh, random) = (Steps::of_timed(&bvh?), Steps::of_timed(&random?));
     let (lights, deep) = (counter(&deep.image.report, "virtual_lights/unique"), Steps::of_timed(&deep));
     let ms = [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges];

@@ -11,9 +11,8 @@ use lanternfish_cli::error::CliError;
 use lanternfish_papers::indirect::virtual_lights::MapSize;
 
 use self::{
-    cases::{WITH_STEPS, cases, walked},
+    cases::{cases, walked},
     measure::Beside,
-    steps::Steps,
 };
 use crate::{
     one_bounce::{self, OneBounce, OneBounceArgs},
@@ -33,24 +32,15 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let is_papers = args.requested(cases(look, args.quick, 0)).iter().any(|case| case.has_one_light);
     let weight = if is_papers { measure::weight(&of)? } else { 0 };
     bench.facts(Row::default().data("fitted_weight", weight));
-    let steps = RefCell::new(Vec::new());
     let beside = RefCell::new(Beside::default());
     let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick, weight)), |case, timed| {
-        let has_steps = WITH_STEPS.contains(&&*case.name);
-        steps.borrow_mut().extend(has_steps.then(|| (case.name.clone(), Steps::of_timed(timed))));
         let beside = beside.borrow_mut().row(&case.name, &timed.image, of.lit(case)?.direct_energy)?;
         Ok(measure::row(case, timed).and(beside))
     })?;
     let maps = if args.quick { &MapSize::ALL[..1] } else { &MapSize::ALL[2..] };
-    let maps = maps.iter().filter(|_| args.requests("ranges"));
+    let maps = maps.iter().filter(|_| args.requests("ranges, table-3"));
     let ranges = bench.rows("ranges", maps, |map| format!("Ranges, {map}²"), |map| measure::ranges(&of, **map))?;
     bench.section("Techniques of indirect light", TEXT, "rows", rows);
-    bench.report().heading("Steps (Archer 2019, table 1), ms");
-    bench.report().paragraph(
-        "His: 1920 x 1080, NVIDIA GeForce GTX 1060. His totals are printed as 20.6 and 43.5; his rows sum to 20.15 and 43.0. Totals are of \
-         these steps. His rays are a part of *Build VPL buffer*, \"approximately 1 %\" of a frame that builds the images.",
-    );
-    bench.report().show(steps::table(&steps.take()));
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64² as in the paper, and through the BVH.";
     bench.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
     papers::beside(Paper::Archer, "virtual-lights", &mut bench.report());

@@ -10,26 +10,23 @@ fn gpu_clusters_are_counted_for_every_scheme() {
     let folder = tempfile::tempdir().unwrap();
     let (first, said) = bench(folder.path(), "clustered demo:cornell --quick --size 32x18", "first");
 
-    // Three shapes and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute force. Then brute force
-    // for two eyes, and two views in opposite directions, which only boxes enclose.
+    // Three shapes, three more sizes of cubes, and two numbers of lights: mono, stereo with one grid per eye and with one for both, and brute
+    // force. Then of the three brute force for two eyes, and two views in opposite directions, which only boxes enclose.
     let [rows, others] = ["rows", "other_rows"].map(|rows| first[rows].as_array().unwrap());
     let left_out = first["left_out"].as_array().unwrap();
-    assert_eq!(rows.len() + others.len() + left_out.len(), 3 * 2 * 8, "{left_out:?}");
+    assert_eq!(rows.len() + others.len() + left_out.len(), 2 * (3 * 8 + 3 * 4), "{left_out:?}");
     let unaligned = others.iter().filter(|row| row["views"] == "unaligned-enclosed");
     let unaligned: Vec<_> = unaligned.map(|row| row["clusters"].as_str().unwrap()).collect();
     assert_eq!(unaligned, ["ortho:4"; 2], "{left_out:?}");
     assert!(others.iter().all(|row| row["differing_pixels"] == 0), "{others:?}");
-    let waste = &first["ortho_waste"].as_array().unwrap()[0];
-    // The near plane cuts the pyramid's tip off.
-    assert!((0.64..2.0 / 3.0).contains(&waste["wasted"].as_f64().unwrap()), "{waste}");
+    // Smaller cubes come nearer to the two thirds of a pyramid in its box.
+    let waste: Vec<f64> =
+        first["ortho_waste"].as_array().unwrap().iter().filter_map(|row| row["wasted_clusters"].as_f64()).collect();
+    assert!(waste.len() == 4 && waste.iter().all(|wasted| (0.4..0.7).contains(wasted)), "{waste:?}");
     for row in rows {
         let count = |name: &str| row["counts"][name].as_u64().unwrap();
         assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
         assert!(count("fragments") <= 2 * 32 * 18 && count("lighting_operations") >= count("lights_listed"), "{row}");
-        for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
-            let bins = row["counts"][histogram].as_array().unwrap();
-            assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
-        }
         if row["assignment"] == "brute_force" {
             assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
         }
@@ -42,14 +39,7 @@ fn gpu_clusters_are_counted_for_every_scheme() {
         assert_eq!(row["differing_pixels"], 0, "{row}");
     }
     assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
-    assert!(said.contains("- light tests at 100,000 lights, brute force / hierarchy: "), "{said}");
     assert_eq!(said.lines().last(), Some("first/report.md"));
-    let plots = ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"];
-    let from_above = ["birds-eye-persp-4", "birds-eye-ortho-4", "birds-eye-displ-4-32"];
-    for plot in plots.into_iter().chain(from_above) {
-        let svg = fs::read_to_string(folder.path().join("first").join(plot).with_extension("svg")).unwrap();
-        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{plot}");
-    }
 }
 
 #[test]
@@ -69,10 +59,6 @@ fn gpu_a_track_makes_the_figures_of_the_thesis() {
     walk(folder.path(), "demo:cornell", 9, views);
     let words = "clustered walk.toml --quick --frames 3 --size 32x18";
     let (report, said) = bench(folder.path(), words, "figures");
-    assert!(
-        said.contains("| 6.5 | persp:4: visible clusters, enclosed / individual, 10,000 lights | halved: 0.5 | "),
-        "{said}"
-    );
     assert_eq!(said.lines().last(), Some("figures/figures.html"));
     // Two numbers of lights: three shapes in mono, and two in stereo, with one grid per eye and with one for both.
     let played = report["played"].as_array().unwrap();

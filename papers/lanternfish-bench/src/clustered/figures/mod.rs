@@ -3,7 +3,6 @@
 //! Each configuration is replayed as by `lanternfish replay`: one counting run, then timed runs. The least time of each
 //! pass and frame is reported ([`lanternfish_cli::replay`]).
 
-pub mod claims;
 pub mod page;
 
 use lanternfish::techniques::ClusterShape;
@@ -22,7 +21,7 @@ use super::{
     ClusteredArgs,
     cases::{Views, settings, shapes},
 };
-use crate::{bench::Bench, document::LeftOut, table::to_markdown};
+use crate::{bench::Bench, document::LeftOut};
 
 /// One configuration over all frames.
 #[derive(Debug, Serialize, Deserialize)]
@@ -77,19 +76,6 @@ impl Played {
     fn counted(&self, of: fn(&Clusters) -> f64) -> Vec<f64> {
         self.report.frames.iter().filter_map(|frame| frame.clusters.as_ref().map(of)).collect()
     }
-
-    /// Standard deviation of the frame time along the track, over its mean.
-    pub fn unsteadiness(&self) -> f64 {
-        let frames = self.frame_ms();
-        let mean = mean(&frames);
-        let squares: f64 = frames.iter().map(|ms| (ms - mean).powi(2)).sum();
-        (squares / frames.len().max(1) as f64).sqrt() / mean
-    }
-
-    /// Most fragments of a cluster in any frame.
-    pub fn most_fragments(&self) -> Option<u32> {
-        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.most_fragments)).max()
-    }
 }
 
 /// Mean of the values; 0 if there are none.
@@ -119,7 +105,7 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
     let json = serde_json::to_string(&figures).map_err(|error| CliError::new(error, "this is a bug"))?;
     output::write_text(&file("report.json"), &(json + "\n"))?;
     output::write_text(&file("figures.html"), &page::page(&figures, &bench.gpu).to_html())?;
-    output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
+    output::print(&format!("{}\n", file("figures.html").display()))
 }
 
 /// Replays every shape in mono and the best shapes of the thesis in stereo, with `lights` lights.
@@ -132,10 +118,14 @@ fn play(args: &ClusteredArgs, shot: &Shot, bench: &Bench, lights: u32, figures: 
     let in_stereo = best.iter().filter(|shape| !matches!(shape, ClusterShape::Displaced { .. }));
     let stereo =
         in_stereo.flat_map(|shape| [Views::StereoIndividual, Views::StereoEnclosed].map(|views| (*shape, views)));
-    let settings = |shape, views: Views| settings(shape, views.grouping(), args.light_assignment, args.depth);
+    let settings = |shape: ClusterShape, views: Views| {
+        let settings = settings(shape, views.grouping(), args.light_assignment, args.depth);
+        bench.made(&format!("{shape}, {views}"), &settings)
+    };
     plan.settings = settings(best[0], Views::Mono);
     let mut player = bench.with_progress(|progress| Player::new(&bench.gpu, plan, progress))?;
-    for (shape, views) in mono.chain(stereo) {
+    // What one grid around two eyes saves is in the tables of one view too.
+    for (shape, views) in mono.chain(stereo.filter(|_| !args.counts)) {
         let (eyes, size) = match views {
             Views::Mono => (None, size),
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
@@ -155,9 +145,11 @@ fn play(args: &ClusteredArgs, shot: &Shot, bench: &Bench, lights: u32, figures: 
                 continue;
             }
         }
-        let times = bench.with_progress(|progress| player.time(bench.runs as usize, progress))?;
-        (report.passes, report.host) = (times.passes, times.host);
-        report.estimate();
+        if !args.counts {
+            let times = bench.with_progress(|progress| player.time(bench.runs as usize, progress))?;
+            (report.passes, report.host) = (times.passes, times.host);
+            report.estimate();
+        }
         figures.played.push(Played { clusters, views, lights, report });
     }
     Ok(())

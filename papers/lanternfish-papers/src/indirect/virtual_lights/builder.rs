@@ -352,15 +352,25 @@ fn constants_are_the_shaders() {
     assert!(MapSize::ALL.iter().all(|size| size.texels().is_power_of_two()));
 }
 
-/// A light's range is √(I / I0) [VanGelderen2020, §A.1], with I0 for each light or for all of them together.
+/// A light's range is √(I / I0) [VanGelderen2020, §A.1], with I0 for each light or for all of them together; or the mean
+/// length of its rays that hit something [Archer2019, §3.1], of whichever there are, and the scene's width if none does.
 #[cfg(test)]
 #[gpu_test(crate::testing::gpu)]
-fn gpu_ranges_are_those_of_a_cut_off_intensity(gpu: &lanternfish_gpu::Gpu) {
+fn gpu_ranges_are_those_of_a_cut_off_intensity_or_of_rays_that_hit(gpu: &lanternfish_gpu::Gpu) {
     use glam::Vec3;
     use lanternfish_gpu::testing::Memory;
     const COUNT: u32 = 100;
     let flux = |i: u32| 0.01 * (i + 1) as f32;
-    for (ranges, shared) in [(Ranges::ThresholdEach, 1), (Ranges::Threshold, COUNT)] {
+    // A diffuse surface of this flux sends flux / π along its normal; luminances of equal channels are these.
+    let cut_off = |shared: u32| move |i| (flux(i) / std::f32::consts::PI * shared as f32 / 0.25).sqrt();
+    let distances = |i: u32| if i % 2 == 0 { [2.0, -1.0, 4.0, -1.0, -1.0, -1.0] } else { [-1f32; RANGE_RAYS as usize] };
+    let by_rays = |i: u32| if i % 2 == 0 { 3.0 } else { 2e6 };
+    let cases: [(Ranges, &dyn Fn(u32) -> f32); 3] = [
+        (Ranges::ThresholdEach, &cut_off(1)),
+        (Ranges::Threshold, &cut_off(COUNT)),
+        (Ranges::Average, &by_rays),
+    ];
+    for (ranges, expected) in cases {
         let parameters = VirtualLightParameters {
             scene_radius: 1e6,
             texel_count: COUNT,
@@ -375,7 +385,7 @@ fn gpu_ranges_are_those_of_a_cut_off_intensity(gpu: &lanternfish_gpu::Gpu) {
         let mut memory = Memory::new();
         memory.bind(&["virtual_lights"], &[parameters]);
         memory.bind(&["texels"], &(0..COUNT).map(texel).collect::<Vec<_>>());
-        memory.bind(&["range_distances"], &vec![1f32; COUNT as usize * RANGE_RAYS as usize]);
+        memory.bind(&["range_distances"], &(0..COUNT).flat_map(distances).collect::<Vec<_>>());
         memory.bind(&["light_ranges"], &vec![LightRange::default(); COUNT as usize]);
         for name in ["light_places", "far_weights"] {
             memory.bind(&[name], &vec![0u32; COUNT as usize + 1]);
@@ -385,9 +395,7 @@ fn gpu_ranges_are_those_of_a_cut_off_intensity(gpu: &lanternfish_gpu::Gpu) {
         memory.run_on(gpu, &shader, "ranges", workgroups(COUNT + 1));
         let found: Vec<LightRange> = memory.get("light_ranges");
         for (i, found) in (0..).zip(found) {
-            // A diffuse surface of this flux sends flux / π along its normal; luminances of equal channels are these.
-            let intensity = flux(i) / std::f32::consts::PI;
-            let expected = (intensity * shared as f32 / 0.25).sqrt();
+            let expected = expected(i);
             assert!((found.range / expected - 1.0).abs() < 1e-5, "{ranges} {i}: {found:?}, not {expected}");
         }
     }
