@@ -2,7 +2,7 @@
 
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Caustics, Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 use lanternfish_papers::DeepImageSettings;
@@ -56,6 +56,9 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     requested.extend(
         occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), direct().with_occlusion(occlusion))),
     );
+    let caustics = Caustics::all().into_iter();
+    requested
+        .extend(caustics.map(|caustics| (format!("caustics {}", caustics.name()), direct().with_caustics(caustics))));
     let deep_images = DeepImageSettings::default();
     let indirect = Indirect::all().into_iter();
     requested.extend(indirect.map(|indirect| {

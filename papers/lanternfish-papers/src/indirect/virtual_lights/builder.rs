@@ -59,6 +59,8 @@ pub(super) struct FrameLights {
 pub(super) struct LightBuilder {
     settings: VirtualLights,
     materials: Materials,
+    /// Light that mirrors reflect is left to caustics.
+    leaves_mirrored: bool,
     /// Cut-off intensity, cd.
     threshold: f32,
     /// Of the attenuation `clq`.
@@ -102,6 +104,7 @@ impl LightBuilder {
         Ok(Self {
             settings: technique,
             materials: settings.materials.model,
+            leaves_mirrored: settings.finds_caustics(),
             threshold: settings.lights.range_threshold,
             coefficients: settings.lights.coefficients,
             raster: (technique.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
@@ -296,7 +299,8 @@ impl LightBuilder {
             far_count: if settings.residual == Residual::FarLights { settings.far_lights } else { 0 },
             shadow_rays: settings.shadow_rays,
             weight_count: settings.weight_count,
-            glossy: u32::from(self.materials == Materials::File),
+            glossy: u32::from(self.materials == Materials::File && settings.glossy_rays == 0),
+            leaves_mirrored: self.leaves_mirrored.into(),
             stride: settings.stride.max(1),
             taken_count,
         }
