@@ -207,6 +207,18 @@ impl Paper {
         all.map(|(name, value, source)| PaperSetting { name, value, source }).collect()
     }
 
+    /// Changes that leave the paper out of a frame of all five.
+    pub fn without(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Elagabani => &[("ray-culling", "none"), ("ray-range-culling", "off")],
+            Self::VanGelderen => &[("cluster-views", "individual")],
+            Self::Niessner => &[("shadows", "none"), ("vpl-shadows", "none"), ("vpl-glossy-rays", "0")],
+            Self::Aalund => &[("caustics", "none"), ("occlusion", "none")],
+            Self::Archer => &[("indirect", "none")],
+            Self::Five => &[],
+        }
+    }
+
     /// Its settings, as flags give them.
     pub fn given(self) -> GivenSettings {
         let rows = self.rows();
