@@ -1,7 +1,7 @@
-//! `lanternfish papers`: a scene as each paper renders it, beside the ground truth.
+//! `lanternfish papers`: a scene as each paper renders it, beside the ground truths.
 //!
 //! Each image is made by a process of its own, with the commands `reference` and `render`, so that the sheet shows what
-//! a user gets.
+//! a user gets: all five for two eyes first, then in one view, then each, and all five without each.
 
 use std::{
     collections::BTreeMap,
@@ -12,8 +12,8 @@ use std::{
 
 use clap::{Arg, ArgMatches, Args};
 use lanternfish::settings::{Exposure, ToneMap};
-use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, read_exr, write_png};
-use lanternfish_scene::Named as _;
+use lanternfish_metrics::{ColorType, MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage, read_exr, write_png};
+use lanternfish_scene::{Eyes, Named as _};
 use serde::Deserialize;
 
 use crate::{
@@ -39,13 +39,14 @@ Examples:
   lanternfish papers demo:atrium --lights rain:40 --sky 0.3,0.4,0.5 --size 320x180 -o papers
   lanternfish papers sponza.toml --spp 64 -o papers
 
-In the ground truth lights have a radius of 5 cm, unless --light-radius says otherwise: all five in
-one frame render it, papers with hard shadows do not. It has all light, of every bounce, which no
-paper has. Mean light is over the ground truth's.
+An image is 480 x 270, unless --size says otherwise. In the ground truth lights have a radius of 5 cm,
+unless --light-radius says otherwise, and it has all light, of every bounce. A paper is also compared
+with its own light: direct, or with one bounce, of lights without a radius. Mean light is over the
+ground truth's.
 ";
 
 /// Ids of flags of `render` that do not apply to a sheet.
-const OTHERS: [&str; 15] = [
+const OTHERS: [&str; 16] = [
     "scene",
     "output",
     "outputs",
@@ -60,6 +61,7 @@ const OTHERS: [&str; 15] = [
     "timings",
     "report",
     "progress",
+    "stereo",
     "stereo_layout",
 ];
 
@@ -100,6 +102,7 @@ struct Cost {
     adapter: String,
     passes: Vec<Pass>,
     counters: BTreeMap<String, u64>,
+    without_effect: Vec<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -108,26 +111,35 @@ struct Pass {
     ms: Option<f64>,
 }
 
+/// The ground truths: their names, and flags of `reference`. The light of a paper has no radius.
+const TRUTHS: [(&str, &str); 3] = [("path tracer", ""), ("direct", "--max-depth=2"), ("one bounce", "--max-depth=3")];
+
+/// The index of the ground truth of what a paper computes; none: of all light.
+fn truth_of(paper: Paper) -> Option<usize> {
+    match paper {
+        Paper::Elagabani | Paper::VanGelderen => Some(1),
+        Paper::Niessner | Paper::Aalund | Paper::Archer => Some(2),
+        Paper::Five => None,
+    }
+}
+
 /// One image of the sheet.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Entry {
-    /// The value of `--as`; none: the ground truth.
-    paper: Option<Paper>,
+    name: String,
+    about: String,
+    /// Width, pixels.
+    width: usize,
     /// Display colours, RGB.
     display: Vec<u8>,
     /// Errors and cost, in words.
     lines: Vec<String>,
-    /// The passes, with their times.
-    passes: Vec<(String, String)>,
+    cost: Cost,
 }
 
 impl Entry {
-    fn name(&self) -> &'static str {
-        self.paper.map_or("path tracer", Paper::name)
-    }
-
     fn file(&self) -> String {
-        format!("{}.png", self.name().replace(' ', "-"))
+        format!("{}.png", self.name.replace(' ', "-"))
     }
 }
 
@@ -143,58 +155,82 @@ pub fn run(args: &PapersArgs, matches: &ArgMatches, trust: TrustArgs) -> Result<
     fs::create_dir_all(folder)
         .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name another folder"))?;
     let flags = Flags::of(&shot, matches, trust);
-    let reference = folder.join("path-tracer.exr");
-    progress.step("reference", "Tracing the ground truth", || {
-        let spp = format!("--spp={}", args.spp);
-        let words: &[&str] = if args.resume { &["reference", "--resume"] } else { &["reference"] };
-        flags.run(args, words, &flags.shared, &[spp.into(), "-o".into(), reference.clone().into()])
-    })?;
-    let truth = read_exr(&reference).map_err(failed(&reference))?;
-    let ImageLook { exposure, tone_map } = ImageLook::of(&shot.args.settings().image, &truth);
-    let (display, truth_shown) = shown(&truth, exposure, tone_map);
+    let mut truths = Vec::new();
+    for (name, depth) in TRUTHS {
+        let path = folder.join(format!("{}.exr", name.replace(' ', "-")));
+        progress.step("reference", &format!("Tracing the ground truth: {name}"), || {
+            let words: &[&str] = if args.resume { &["reference", "--resume"] } else { &["reference"] };
+            let own = (!depth.is_empty()).then(|| [depth.into(), flags.hard.clone()]).into_iter().flatten();
+            let more: Vec<OsString> = own.chain([format!("--spp={}", args.spp).into(), "-o".into()]).collect();
+            flags.run(args, words, &flags.shared, &[more, vec![path.clone().into()]].concat())
+        })?;
+        truths.push(read_exr(&path).map_err(failed(&path))?);
+    }
+    let look = ImageLook::of(&shot.args.settings().image, &truths[0]);
+    let (display, width) = (shown(&truths[0], look.exposure, look.tone_map).0, truths[0].width);
     let lines = vec![format!("{} samples per pixel", grouped(args.spp))];
-    let mut entries = vec![Entry { paper: None, display, lines, passes: Vec::new() }];
-    let mut adapter = String::new();
-    // All five first.
+    let about = "the ground truth: every bounce".to_owned();
+    let truth = Entry { name: TRUTHS[0].0.to_owned(), about, width, display, lines, ..Entry::default() };
+    // All five first, for two eyes.
+    let height = truths[0].height as f32;
+    let eye = format!("--size={}x{height}", (height * Eyes::Vive.aspect().expect("it has one")).round());
+    let two_eyes = ["--stereo=vive".to_owned(), eye];
+    let without = |paper: Paper| {
+        let changes = paper.without().iter().map(|(name, value)| format!("--{name}={value}"));
+        // One grid differs from several for two eyes alone.
+        let eyes = two_eyes.iter().filter(|_| paper == Paper::VanGelderen).cloned();
+        (format!("five without {paper}"), Paper::Five, changes.chain(eyes).collect::<Vec<_>>())
+    };
+    let mut requested = vec![("five for two eyes".to_owned(), Paper::Five, two_eyes.to_vec())];
     let mut papers = Paper::all();
     papers.sort_by_key(|paper| *paper != Paper::Five);
-    for paper in papers {
-        let [image, report] = ["exr", "json"].map(|ending| folder.join(format!("{paper}.{ending}")));
-        let made = progress.step("image", &format!("Rendering as {paper}"), || {
-            let more = ["-o".into(), image.clone().into(), "--report".into(), report.clone().into()];
+    requested.extend(papers.iter().map(|paper| (paper.to_string(), *paper, Vec::new())));
+    requested.extend(papers.iter().filter(|paper| **paper != Paper::Five).map(|paper| without(*paper)));
+    let mut entries = Vec::new();
+    for (name, paper, changes) in requested {
+        let [image, report] = ["exr", "json"].map(|ending| folder.join(format!("{}.{ending}", name.replace(' ', "-"))));
+        let made = progress.step("image", &format!("Rendering {name}"), || {
+            let files = ["-o".into(), image.clone().into(), "--report".into(), report.clone().into()];
+            let more: Vec<OsString> = changes.iter().map(OsString::from).chain(files).collect();
             flags.run(args, &["render", "--as", paper.name()], &flags.all, &more)
         });
         let made = made.and_then(|()| Ok((read_exr(&image).map_err(failed(&image))?, read_report(&report)?)));
-        let entry = match made {
+        let about = if changes.is_empty() { paper.help().to_owned() } else { changes.join(" ") };
+        let entry = Entry { name: name.clone(), about, ..Entry::default() };
+        entries.push(match made {
             Ok((image, cost)) => {
-                adapter.clone_from(&cost.adapter);
-                let (display, image_shown) = shown(&image, exposure, tone_map);
-                let pair = Pair::new(image_shown, truth_shown.clone()).map_err(failed(folder))?;
-                let flip = pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE).map_err(failed(folder))?);
-                let energy = energy_of(&image) / energy_of(&truth);
-                let lines = vec![format!("FLIP {flip:.3}, mean light {energy:.3}")];
-                Entry { paper: Some(paper), display, lines: [lines, cost.lines()].concat(), passes: cost.times() }
+                let display = shown(&image, look.exposure, look.tone_map).0;
+                let is_alone = changes.is_empty();
+                let mut lines = Vec::new();
+                if image.width == truths[0].width {
+                    lines.push(format!("all light: {}", look.compared(&image, &truths[0])?));
+                    let own = truth_of(paper).filter(|_| is_alone);
+                    let own = own.map(|own| Ok::<_, CliError>((own, look.compared(&image, &truths[own])?)));
+                    lines.extend(own.transpose()?.map(|(own, text)| format!("{}: {text}", TRUTHS[own].0)));
+                }
+                lines.extend(cost.lines());
+                Entry { width: image.width, display, lines, cost, ..entry }
             }
             // The other images are of use without this one.
             Err(error) => {
-                let (what, display) = (error.to_string(), vec![0; 3 * truth.pixels.len()]);
+                let (what, display) = (error.to_string(), vec![0; 3 * truths[0].pixels.len()]);
                 let lines = vec!["failed".to_owned(), what.lines().next().unwrap_or_default().to_owned()];
-                progress.warn(Some(format!("{paper}: {what}")));
-                Entry { paper: Some(paper), display, lines, passes: Vec::new() }
+                progress.warn(Some(format!("{name}: {what}")));
+                Entry { width, display, lines, ..entry }
             }
-        };
-        entries.push(entry);
+        });
     }
-    if adapter.is_empty() {
+    let Some(adapter) = entries.iter().map(|entry| entry.cost.adapter.clone()).find(|name| !name.is_empty()) else {
         return Err(CliError::new("no image could be rendered", "the warnings say why"));
-    }
-    let size = [truth.width, truth.height];
+    };
+    entries.insert(1, truth);
     for entry in &entries {
         let path = folder.join(entry.file());
-        write_png(&path, size.map(|side| side as u32), ColorType::Rgb, &entry.display).map_err(failed(&path))?;
+        let size = [entry.width, entry.display.len() / 3 / entry.width].map(|side| side as u32);
+        write_png(&path, size, ColorType::Rgb, &entry.display).map_err(failed(&path))?;
     }
-    let title = format!("{}, {} x {}, {adapter}", args.scene, size[0], size[1]);
-    let (sheet, path) = (draw(&entries, size, &title), folder.join("papers.png"));
+    let title = format!("{}, {} x {}, {adapter}", args.scene, width, truths[0].height);
+    let (sheet, path) = (draw(&entries, [width, truths[0].height], &title), folder.join("papers.png"));
     let pixels: Vec<u8> = sheet.pixels.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
     write_png(&path, [sheet.width as u32, sheet.height as u32], ColorType::Rgb, &pixels).map_err(failed(&path))?;
     let page = folder.join("papers.html");
@@ -224,6 +260,15 @@ impl ImageLook {
         let ev = given.exposure.of(truth.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]));
         Self { exposure: Exposure::Ev(ev), tone_map: given.tone_map }
     }
+
+    /// The error of an image, and its light over that of the ground truth, in words.
+    fn compared(&self, image: &RgbImage, truth: &RgbImage) -> Result<String, CliError> {
+        let [image_shown, truth_shown] = [image, truth].map(|image| shown(image, self.exposure, self.tone_map).1);
+        let wrong = |error: MetricsError| CliError::new(error.to_string(), "");
+        let pair = Pair::new(image_shown, truth_shown).map_err(wrong)?;
+        let flip = pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE).map_err(wrong)?);
+        Ok(format!("FLIP {flip:.3}, light {:.3}", energy_of(image) / energy_of(truth)))
+    }
 }
 
 /// The flags as given, for the processes of the images.
@@ -232,6 +277,8 @@ struct Flags {
     all: Vec<OsString>,
     /// Those of them that `reference` has.
     shared: Vec<OsString>,
+    /// The radius of lights in the ground truth of a paper alone.
+    hard: OsString,
     /// What may be read, and how much memory may be taken.
     trusted: Vec<OsString>,
 }
@@ -243,6 +290,9 @@ impl Flags {
         // What a shot says of lights and materials stays, whatever a paper has.
         let of_scene = ["light-radius", "sun-diameter", "materials"].into_iter().filter(|name| shot.gives(name));
         let mut all: Vec<OsString> = of_scene.map(|name| value(name).into()).collect();
+        if !shot.gives("size") {
+            all.push("--size=480x270".into());
+        }
         all.extend(shot::words(matches));
         let known = shared_flags();
         let name = |word: &str| word.trim_start_matches("--").split('=').next().map(str::to_owned);
@@ -253,9 +303,11 @@ impl Flags {
             None => word.clone(),
         };
         let mut shared: Vec<OsString> = all.iter().filter(is_known).map(renamed).collect();
+        let mut hard: OsString = value("light-radius").into();
         if !shot.gives("light-radius") {
             let radius = Paper::Five.settings().lights.radius;
             shared.push(format!("--light-radius={radius}").into());
+            hard = "--light-radius=0".into();
         }
         // The same sun in all images, as wide in the path tracer's as in the others.
         if !shot.gives("environment_sun") {
@@ -263,7 +315,7 @@ impl Flags {
         }
         let mut trusted: Vec<OsString> = trust.confine.then(|| "--confine".into()).into_iter().collect();
         trusted.extend(trust.memory_limit.map(|bytes| format!("--memory-limit={bytes}").into()));
-        Self { all, shared, trusted }
+        Self { all, shared, hard, trusted }
     }
 
     /// The command that makes the sheet again.
@@ -296,70 +348,102 @@ impl Flags {
 }
 
 /// Counters that are shown: name, words.
-const COUNTS: [(&str, &str); 5] = [
+const COUNTS: [(&str, &str); 6] = [
     ("shadows/rays", "shadow rays"),
+    ("light_culling/visible_clusters", "clusters"),
     ("light_culling/listed_lights", "listed lights"),
-    ("indirect/rays", "rays of indirect light"),
+    ("indirect/rays", "rays of other light"),
     ("virtual_lights/listed", "virtual lights"),
     ("photons/splatted", "photons"),
 ];
 
 impl Cost {
-    /// Time and counts.
+    /// Time, counts, and what had no effect.
     fn lines(&self) -> Vec<String> {
         let ms: f64 = self.passes.iter().filter_map(|pass| pass.ms).sum();
         let time = format!("{ms:.0} ms, {} passes", self.passes.len());
         let count = |(name, words): &(&str, &str)| {
             self.counters.get(*name).filter(|count| **count > 0).map(|count| format!("{} {words}", grouped(*count)))
         };
-        [time].into_iter().chain(COUNTS.iter().filter_map(count)).collect()
+        let counts = COUNTS.iter().filter_map(count);
+        [time].into_iter().chain(counts).chain(self.without_effect.iter().cloned()).collect()
     }
 
-    fn times(&self) -> Vec<(String, String)> {
-        let time = |pass: &Pass| pass.ms.map_or_else(String::new, |ms| format!("{ms:.2}"));
-        self.passes.iter().map(|pass| (pass.name.clone(), time(pass))).collect()
+    /// Milliseconds of each stage: of passes with the same first part of their labels, in the order of the frame.
+    fn stages(&self) -> Vec<(&str, f64)> {
+        let mut stages: Vec<(&str, f64)> = Vec::new();
+        for pass in &self.passes {
+            let (stage, ms) = (pass.name.split('/').next().unwrap_or_default(), pass.ms.unwrap_or_default());
+            match stages.iter_mut().find(|(name, _)| *name == stage) {
+                Some((_, sum)) => *sum += ms,
+                None => stages.push((stage, ms)),
+            }
+        }
+        stages
     }
 }
 
-/// The sheet as a page: images, errors, times of every pass, and what each paper sets.
+/// The sheet as a page: images, errors, times of every stage, and what each paper sets.
 fn page(entries: &[Entry], title: &str, command: &str) -> Document {
     let mut page = Document::titled("Five papers, all at once, and the path tracer", Row::default());
     page.paragraph(title);
     page.html(format!("<pre>{}</pre>", escaped(command)));
     for entry in entries {
-        let (file, name, lines) = (entry.file(), entry.name(), escaped(&entry.lines.join("\n")).replace('\n', "<br>"));
-        let about = escaped(entry.paper.map_or("the ground truth: every bounce", |paper| paper.help()));
+        let Entry { name, about, lines, .. } = entry;
+        let (file, lines) = (entry.file(), escaped(&lines.join("\n")).replace('\n', "<br>"));
         page.html(format!(
-            "<figure><img src=\"{file}\" alt=\"{name}\"><figcaption><b>{name}</b>: {about}<br>{lines}</figcaption></figure>"
+            "<figure><img src=\"{file}\" alt=\"{name}\"><figcaption><b>{name}</b>: {}<br>{lines}</figcaption></figure>",
+            escaped(about)
         ));
     }
-    for (entry, paper) in entries.iter().filter_map(|entry| Some((entry, entry.paper?))) {
+    page.heading("Milliseconds by stage");
+    let stages: Vec<_> = entries[0].cost.stages().into_iter().map(|(stage, _)| stage).collect();
+    page.show(entries.iter().filter(|entry| !entry.cost.passes.is_empty()).map(|entry| {
+        let times = entry.cost.stages();
+        let ms = |stage: &&str| times.iter().find(|(name, _)| name == stage).map(|(_, ms)| *ms);
+        let row = Row::default().text("", "image", &entry.name);
+        stages.iter().fold(row, |row, stage| row.maybe(stage.to_string(), stage, 0, ms(stage)))
+    }));
+    for paper in Paper::all() {
         page.heading(paper.name());
         page.show(paper.rows().into_iter().map(|row| {
             Row::default().text("", "setting", row.name).text("", "value", row.value).text("", "why", row.source)
         }));
-        page.show(entry.passes.iter().map(|(name, ms)| Row::default().text("", "pass", name).shown("ms", ms)));
     }
     page
 }
 
-/// Images in a row of the sheet, pixels between them, and lines of text below each.
+/// Images in a row of the sheet, pixels between them, and lines of text below each. A letter is twice its glyph.
 const COLUMNS: usize = 4;
 const GAP: usize = 8;
-const LINES: usize = 7;
+const LINES: usize = 9;
+const LETTERS: usize = 2;
 
 fn draw(entries: &[Entry], [width, height]: [usize; 2], title: &str) -> Sheet {
-    let line = GLYPH + 4;
-    let (cell, tall) = ([width + GAP, height + GAP + LINES * line], entries.len().div_ceil(COLUMNS));
-    let mut sheet = Sheet::new(COLUMNS * cell[0] + GAP, tall * cell[1] + GAP + 2 * line, 1);
+    let line = LETTERS * GLYPH + 4;
+    let cell = [width + GAP, height + GAP + LINES * line];
+    // Two eyes take the cells that they need.
+    let mut next = 0;
+    let mut places = Vec::new();
+    for entry in entries {
+        let cells = (entry.width + GAP).div_ceil(cell[0]);
+        if next % COLUMNS + cells > COLUMNS {
+            next = next.next_multiple_of(COLUMNS);
+        }
+        places.push(next);
+        next += cells;
+    }
+    let tall = next.div_ceil(COLUMNS);
+    let mut sheet = Sheet::new(COLUMNS * cell[0] + GAP, tall * cell[1] + GAP + 2 * line, LETTERS);
     sheet.write(GAP, GAP, title);
-    for (i, entry) in entries.iter().enumerate() {
-        let [left, top] = [GAP + i % COLUMNS * cell[0], GAP + 2 * line + i / COLUMNS * cell[1]];
+    for (place, entry) in places.into_iter().zip(entries) {
+        let [left, top] = [GAP + place % COLUMNS * cell[0], GAP + 2 * line + place / COLUMNS * cell[1]];
         let pixels: Vec<[u8; 4]> = entry.display.as_chunks::<3>().0.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
-        sheet.paste(left, top, width, &pixels);
-        let text = [entry.name()].into_iter().chain(entry.lines.iter().map(String::as_str));
+        sheet.paste(left, top, entry.width, &pixels);
+        let text = [&entry.name].into_iter().chain(&entry.lines);
         for (row, text) in text.take(LINES).enumerate() {
-            sheet.write(left, top + height + 4 + row * line, text.get(..width / GLYPH).unwrap_or(text));
+            let letters = entry.width.max(width) / (LETTERS * GLYPH);
+            sheet.write(left, top + height + 4 + row * line, text.get(..letters).unwrap_or(text));
         }
     }
     sheet

@@ -39,6 +39,8 @@ pub(crate) struct Run<'r> {
     pub cost: &'r Report,
     /// Memory of the device after the last image.
     pub memory: &'r FrameMemory,
+    /// Stages that have no effect in this scene, and why.
+    pub without_effect: &'r [String],
     /// Seconds of each step, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
 }
@@ -68,6 +70,7 @@ impl Run<'_> {
             .data("passes", passes(cost))
             // Exact on any machine.
             .data("counters", cost.counters.iter().cloned().collect::<BTreeMap<_, _>>())
+            .data("without_effect", self.without_effect)
             .data("memory", json!({ "frame_bytes": memory.bytes, "device_bytes": memory.device_bytes }))
             .data("seconds", self.seconds.iter().copied().collect::<BTreeMap<_, _>>());
         to_json(&report.data("peak_memory_bytes", peak_memory_bytes()))
@@ -77,13 +80,30 @@ impl Run<'_> {
     pub fn to_table(&self) -> String {
         let Size { width, height } = self.size;
         let exposure = self.exposure.map(|ev| format!("exposure {ev:+} EV\n")).unwrap_or_default();
+        let without_effect = self.without_effect.iter().map(|stage| format!("without effect  {stage}\n"));
+        let without_effect: String = without_effect.collect();
         format!(
-            "adapter  {}\ndriver   {}\nsize     {width}x{height}\n{exposure}\n{}",
+            "adapter  {}\ndriver   {}\nsize     {width}x{height}\n{exposure}{without_effect}\n{}",
             self.adapter.name,
             self.adapter.driver,
             table(self.cost, self.memory, self.seconds)
         )
     }
+}
+
+/// The stages of settings that have no effect: "stage: why". `has_sky`: the scene has an environment.
+pub(crate) fn without_effect(settings: &Settings, has_sky: bool, counters: &[(String, u64)]) -> Vec<String> {
+    let count = |name: &str| counters.iter().find(|(counter, _)| counter == name).map(|(_, count)| *count);
+    let has_ambient = settings.get("occlusion-ambient").is_some_and(|ambient| ambient != "0");
+    let is_occluded = settings.occlusion.is_some() && settings.image.debug_view.is_none();
+    let has_caustics = settings.caustics.is_some();
+    let none = [
+        (is_occluded && settings.indirect.sees_environment(), "occlusion: rays of indirect light see the environment"),
+        (is_occluded && !has_sky && !has_ambient, "occlusion: no sky"),
+        (has_caustics && !settings.finds_caustics(), "caustics: indirect light has them"),
+        (has_caustics && count("photons/landed") == Some(0), "caustics: no mirror"),
+    ];
+    none.into_iter().filter(|(is_without, _)| *is_without).map(|(_, why)| why.to_owned()).collect()
 }
 
 /// A pass: milliseconds, `None` if the device has no timestamps; its dispatches, 0 for a render pass; and those of them

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::lights::LightStorage;
 pub use crate::{
     direct_light::Direct,
-    indirect::{Indirect, Quality},
+    indirect::{Caustics, Indirect, Quality},
     light_culling::Culling,
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
@@ -56,6 +56,8 @@ pub struct Settings {
     pub shadows: ShadowSettings,
     /// Indirect light technique.
     pub indirect: Indirect,
+    /// Light of mirrors on other surfaces, beside an indirect light technique that leaves it out.
+    pub caustics: Caustics,
     /// Ambient visibility, and with it light from the environment or the constant sky. Without it the environment
     /// lights surfaces only if rays of [`Self::indirect`] see it: next to [`Sampled`](crate::techniques::Sampled) it
     /// affects only its debug view. Transparent surfaces use the value of the nearest one in the pixel.
@@ -82,6 +84,7 @@ impl Settings {
             lights: LightSettings::default(),
             shadows: ShadowSettings::default(),
             indirect: Indirect::NONE,
+            caustics: Caustics::NONE,
             occlusion: Occlusion::NONE,
             structure: Structure::NONE,
             history: History::Off,
@@ -111,11 +114,22 @@ impl Settings {
     /// known only with the scene.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_accumulated_ambient_visibility = self.occlusion.is_noisy() && self.finds_ambient_visibility();
-        let is_noisy = self.indirect != Indirect::NONE
+        let is_noisy = self.finds_indirect()
             || self.direct.is_some()
             || self.shadows.technique != Shadows::None
             || has_accumulated_ambient_visibility;
         self.history == History::On && is_noisy
+    }
+
+    /// True if caustics are computed: not beside indirect light that has them.
+    #[doc(hidden)]
+    pub fn finds_caustics(&self) -> bool {
+        self.caustics.is_some() && self.indirect.technique().is_none_or(|technique| technique.leaves_caustics())
+    }
+
+    /// True if there is light from other surfaces.
+    pub(crate) fn finds_indirect(&self) -> bool {
+        self.indirect.is_some() || self.finds_caustics()
     }
 
     /// True if ambient visibility is computed: not if rays of indirect light see the environment themselves.

@@ -17,7 +17,7 @@ pub use crate::{
 use crate::{
     direct_light::{Direct, DirectTechnique},
     error::RenderError,
-    indirect::{Indirect, IndirectTechnique, Quality},
+    indirect::{CausticTechnique, Indirect, IndirectTechnique, Quality},
     light_culling::{
         CullingTechnique, LightCullingPasses,
         clustered::{GridContents, contents::contents_of_grids},
@@ -132,6 +132,24 @@ impl Indirect {
     }
 }
 
+impl Kind for dyn CausticTechnique {
+    const FLAG: &'static str = "caustics";
+    const HELP: &'static str =
+        "Light that mirrors throw onto other surfaces, beside an `indirect` that leaves it out: none, virtual-lights.";
+    const IS_EVERYDAY: bool = false;
+    const NONE_NAME: &'static str = "none";
+    const NONE_SUMMARY: &'static str = "What `indirect` finds of it";
+
+    fn default_choice() -> Choice<Self> {
+        Choice::NONE
+    }
+
+    fn registry() -> &'static Registry<Self> {
+        static REGISTRY: Registry<dyn CausticTechnique> = Registry::new(Vec::new);
+        &REGISTRY
+    }
+}
+
 impl Kind for dyn OcclusionTechnique {
     const FLAG: &'static str = "occlusion";
     const HELP: &'static str = "Ambient visibility: how the visible fraction of the environment (`sky`, `environment`) is computed, \
@@ -158,6 +176,7 @@ pub fn shaders() -> Vec<Shaders> {
     let techniques = of::<dyn CullingTechnique>()
         .chain(of::<dyn DirectTechnique>())
         .chain(of::<dyn IndirectTechnique>())
+        .chain(of::<dyn CausticTechnique>())
         .chain(of::<dyn OcclusionTechnique>());
     FOLDERS.iter().copied().chain(techniques).collect()
 }

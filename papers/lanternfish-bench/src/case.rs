@@ -65,6 +65,7 @@ fn set(settings: &mut Settings, name: &str, value: &str) -> Result<(), String> {
         "direct" => return choose(&mut settings.direct, value),
         "culling" => return choose(&mut settings.culling, value),
         "indirect" => return choose(&mut settings.indirect, value),
+        "caustics" => return choose(&mut settings.caustics, value),
         "occlusion" => return choose(&mut settings.occlusion, value),
         "accumulate" => return settings.image.accumulate.read(value),
         "textures" => return settings.materials.textures.read(value),
@@ -83,10 +84,11 @@ fn set(settings: &mut Settings, name: &str, value: &str) -> Result<(), String> {
     if let Some(parameter) = Settings::PARAMETERS.iter().find(|parameter| parameter.info.name == name) {
         return (parameter.of)(settings).read(value);
     }
-    let techniques: [Option<&mut dyn AnyTechnique>; 4] = [
+    let techniques: [Option<&mut dyn AnyTechnique>; 5] = [
         settings.direct.technique_mut().map(|technique| technique as _),
         settings.culling.technique_mut().map(|technique| technique as _),
         settings.indirect.technique_mut().map(|technique| technique as _),
+        settings.caustics.technique_mut().map(|technique| technique as _),
         settings.occlusion.technique_mut().map(|technique| technique as _),
     ];
     let has = |technique: &&mut dyn AnyTechnique| technique.parameters().iter().any(|(info, _)| info.name == name);

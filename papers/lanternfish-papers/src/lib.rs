@@ -20,7 +20,7 @@
 //! |---|---|
 //! | Elagabani 2025 | [`normals`]; the rest is in the library |
 //! | Nießner 2010 | [`deep_images`], [`ACROSS_TEXELS`] |
-//! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`] |
+//! | Aalund 2015 | [`deep_images`], [`occlusion::deep`], [`indirect::photon_splatting`], [`indirect::caustics`] |
 //! | Archer 2019 | [`DeepImageSettings::ARCHER`], [`WITHIN_TEXEL`], [`indirect::virtual_lights`], [`light_culling::raster_grid`] |
 //!
 //! [`occlusion::hbao`] is a baseline for comparison (Bavoil 2008). As in the library, each technique has a folder below
@@ -46,7 +46,7 @@ mod tests;
 use std::sync::Once;
 
 use lanternfish::{
-    settings::{Culling, Indirect, Occlusion},
+    settings::{Caustics, Culling, Indirect, Occlusion},
     shaders::Shaders,
 };
 
@@ -56,7 +56,7 @@ pub use self::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepImageSettings, DeepSearch, DeepSort, DeepStore},
     },
-    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    indirect::{caustics::CausticPhotons, photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     light_culling::raster_grid::RasterGrid,
     occlusion::{deep::Deep, hbao::Hbao},
     presets::{Paper, PaperSetting},
@@ -75,6 +75,7 @@ pub fn register() {
         Culling::from(RasterGrid::default()).register();
         Indirect::from(PhotonSplatting::default()).register();
         Indirect::from(VirtualLights::default()).register();
+        Caustics::from(CausticPhotons::default()).register();
         Occlusion::from(Deep::default()).register();
         Occlusion::from(Hbao::default()).register();
     });

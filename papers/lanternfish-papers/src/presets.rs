@@ -41,7 +41,7 @@ const NONE: &str = "the paper has none";
 const EXACT: &str = "exact rays, for the shadow map or the rasterised light that stand apart from the method";
 
 /// Every stage, with the values of a paper that does not speak of it.
-const STAGES: [Row; 13] = [
+const STAGES: [Row; 14] = [
     ("direct", "all", "every light that is listed"),
     ("culling", "all", "lights are not culled"),
     ("shadows", "none", NONE),
@@ -50,6 +50,7 @@ const STAGES: [Row; 13] = [
     ("light-radius", "0", NONE),
     ("sun-diameter", "0", NONE),
     ("indirect", "none", NONE),
+    ("caustics", "none", NONE),
     ("occlusion", "none", NONE),
     ("history", "off", NONE),
     ("antialiasing", "none", NONE),
@@ -154,24 +155,38 @@ const ARCHER: &[Row] = &[
     ("deep-search", "linear_steps", "§3.2"),
 ];
 
-/// What each paper brings to a frame of all five. Other parameters keep the renderer's defaults: they light more than a
+/// What each paper does in a frame of all five. Other parameters keep the renderer's defaults: they light more than a
 /// paper alone.
 const FIVE: &[Row] = &[
     ("culling", "clustered", "[VanGelderen2020, §3]"),
-    ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]"),
-    ("shadows", "auto", "[Elagabani2025, §4.3]"),
-    ("ray-culling", "improved", "[Elagabani2025, §4.3.1]"),
+    ("clusters", "displ:32:8", "[VanGelderen2020, §4.3]: displaced, the thesis's shape for views that differ"),
+    ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]: one grid for both eyes"),
+    ("shadows", "across-texels", "[Niessner2010, §4, fig. 8]: soft shadows through the images"),
+    ("ray-culling", "improved", "[Elagabani2025, §4.3.1]; other stages need the surface target, so not by depth alone"),
     ("light-radius", "0.05", "ours: soft shadows"),
     ("shadow-rays", "16", "[Niessner2010, §7]"),
+    ("deep-directions", "cube:5", "[Niessner2010, §3.1, §7]: one set for shadows, glossy rays and virtual lights"),
+    ("deep-resolution", "128", "[Niessner2010, §5]"),
+    ("deep-builder", "per_triangle", "ours: the images of [Niessner2010, §3.1]"),
+    ("deep-merge", "0", "[Niessner2010] merges no layers"),
+    ("deep-sort", "blocks", "ours: peeled layers need no sort"),
+    ("deep-search", "linear_steps", "not stated"),
     ("occlusion", "deep", "[Aalund2015, §3.3]"),
     ("occlusion-plain", "on", "[Aalund2015, eq. 1 to 3]"),
-    ("occlusion-images", "aalund", "[Aalund2015, fig. 9]"),
+    (
+        "occlusion-ambient",
+        "0.5",
+        "[Aalund2015, §2.2] attenuates ambient light; ours: ρ² / (1 - ρ), light beyond one bounce at ρ = 1/2",
+    ),
+    ("occlusion-images", "five", "[Aalund2015, §3.2, §5.1]: fewer and small maps; one set with the ranges"),
+    ("caustics", "photons", "[Aalund2015, §3.4, §6]: photon differentials, mirrored"),
     ("indirect", "virtual-lights", "[Archer2019, §3.2]"),
     ("vpl-ranges", "average", "[Archer2019, §3.2]"),
     ("vpl-range-tracer", "within-texel", "[Archer2019, §3.2]"),
-    ("vpl-images", "archer", "[Archer2019, §3.1]"),
+    ("vpl-images", "five", "[Archer2019, §3.1]: all directions from one draw"),
+    ("vpl-grid", "on", "[Archer2019, §3.2]: outlines of lights at tiles, depths by line and sphere"),
     ("vpl-shadows", "across-texels", "[Niessner2010, §3.2]: virtual lights are seen through the images"),
-    ("vpl-shadow-images", "niessner", "[Niessner2010, §3.1, §7]"),
+    ("vpl-glossy-rays", "4", "[Niessner2010, §5]: glossy rays, a quarter of his 16"),
     ("samples", "4", "[Niessner2010, §4, §7]"),
 ];
 
@@ -190,6 +205,18 @@ impl Paper {
         let value = |stage: &Row| *own.iter().find(|(name, ..)| *name == stage.0).unwrap_or(stage);
         let all = STAGES.iter().map(value).chain(own.iter().filter(is_new).copied());
         all.map(|(name, value, source)| PaperSetting { name, value, source }).collect()
+    }
+
+    /// Changes that leave the paper out of a frame of all five.
+    pub fn without(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Elagabani => &[("ray-culling", "none"), ("ray-range-culling", "off")],
+            Self::VanGelderen => &[("cluster-views", "individual")],
+            Self::Niessner => &[("shadows", "none"), ("vpl-shadows", "none"), ("vpl-glossy-rays", "0")],
+            Self::Aalund => &[("caustics", "none"), ("occlusion", "none")],
+            Self::Archer => &[("indirect", "none")],
+            Self::Five => &[],
+        }
     }
 
     /// Its settings, as flags give them.
@@ -246,7 +273,7 @@ mod tests {
         assert_eq!(Paper::Archer.settings().occlusion, Occlusion::NONE);
     }
 
-    /// The deep images that a preset builds are those of the constants, and all five have three structures.
+    /// The deep images that a preset builds are those of the constants, and all five share two structures.
     #[test]
     fn deep_images_are_the_papers() {
         crate::register();
@@ -257,7 +284,8 @@ mod tests {
         assert_eq!(images(Paper::Archer), DeepImageSettings::ARCHER);
         let five = Paper::Five.settings();
         let lights = *five.indirect.get::<VirtualLights>().unwrap();
-        assert_eq!([lights.images, lights.shadow_images], [PaperImages::Archer, PaperImages::Niessner]);
-        assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Aalund);
+        assert_eq!(images(Paper::Five), DeepImageSettings::NIESSNER);
+        assert_eq!([lights.images, lights.shadow_images], [PaperImages::Five, PaperImages::Shared]);
+        assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Five);
     }
 }

@@ -37,7 +37,7 @@ const TABLES: [&[&str]; 4] = [
         "accumulate",
         "textures",
     ],
-    &["indirect", "occlusion", "structure"],
+    &["indirect", "caustics", "occlusion", "structure"],
 ];
 
 /// Flags of settings: the given values.

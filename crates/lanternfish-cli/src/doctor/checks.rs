@@ -2,7 +2,7 @@
 
 use lanternfish::{
     Settings,
-    settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Caustics, Culling, Indirect, Occlusion, Shadows, Tracer},
     techniques::{Bounces, Sampled, SampledLights},
 };
 
@@ -145,6 +145,13 @@ pub fn plans() -> Vec<Plan> {
         };
         add(Group::IndirectLight, indirect.name(), Name::CornellLights, false, kind);
     }
+    let leaves_caustics = |of: &Indirect| of.technique().is_some_and(|technique| technique.leaves_caustics());
+    let beside = Indirect::all().into_iter().find(leaves_caustics).unwrap_or(Indirect::NONE);
+    for caustics in Caustics::all() {
+        let settings = good().with_indirect(beside.clone()).with_caustics(caustics.clone());
+        let kind = against(Reference::Bounces(1), settings, Limits::new(0.08, 0.03, 0.01));
+        add(Group::IndirectLight, caustics.name(), Name::CornellLights, false, kind);
+    }
     add(Group::Updates, "update, upload", Name::CornellLights, true, Kind::Update(Box::new(direct())));
     add(Group::Reproducibility, "default, twice", Name::Cornell, true, Kind::Twice(Box::new(good())));
     plans
@@ -172,6 +179,7 @@ mod tests {
         assert!(
             others.clone().count() + 1 == indirect.len() && others.clone().all(|i| has(Group::IndirectLight, i.name()))
         );
+        assert!(Caustics::all().iter().all(|caustics| has(Group::IndirectLight, caustics.name())));
         let quick = |group| plans.iter().any(|plan| plan.is_quick && plan.group == group);
         let groups =
             [Group::Materials, Group::LightCulling, Group::Shadows, Group::IndirectLight, Group::Reproducibility];

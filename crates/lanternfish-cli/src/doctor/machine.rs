@@ -2,7 +2,7 @@
 
 use lanternfish::{
     Renderer, Settings,
-    settings::{Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Caustics, Culling, Direct, Indirect, Occlusion, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 
@@ -45,10 +45,12 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let lights = |of: Direct| (format!("direct {}", of.name()), direct().with_direct(of));
     let shadows = |of: Tracer| (format!("shadows {of}"), direct().with_shadows(Shadows::Traced(of)));
     let occlusion = |of: Occlusion| (format!("occlusion {}", of.name()), direct().with_occlusion(of));
+    let caustics = |of: Caustics| (format!("caustics {}", of.name()), direct().with_caustics(of));
     let indirect = |of: Indirect| (format!("indirect {}", of.name()), direct().with_indirect(of));
     let requested = Culling::all().into_iter().map(culling).chain(Direct::all().into_iter().map(lights));
     let requested = requested.chain(Tracer::all().into_iter().map(shadows));
     let requested = requested.chain(Occlusion::all().into_iter().map(occlusion));
+    let requested = requested.chain(Caustics::all().into_iter().map(caustics));
     let requested = requested.chain(Indirect::all().into_iter().map(indirect));
     let built = |(name, settings): (String, Settings)| {
         let reason = Renderer::with_engine(engine, settings).err().map(|error| as_flags(&error.to_string()));

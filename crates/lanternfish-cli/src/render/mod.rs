@@ -38,7 +38,7 @@ use crate::{
     outputs::{Classes, Names, Quantity},
     paper,
     progress::Progress,
-    report::Run,
+    report::{Run, without_effect},
     shot::{Shot, ShotFrame},
     stage::{Posed, Stage},
     stereo::StereoLayout,
@@ -122,6 +122,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
             Ok(())
         })?;
     note_unused_light(&progress, &scene, &settings);
+    let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
 
     let own = || new_renderer(device, args, &settings.for_scene(&scene), &mut progress);
     let renderer = opened.map_or_else(own, Ok)?;
@@ -176,6 +177,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         seed: args.run.seed,
         cost: &renderings.cost,
         memory: &renderings.memory(),
+        without_effect: &without_effect(&settings, has_sky, &renderings.cost.counters),
         seconds: &seconds,
     };
     if let Some(path) = &args.run.report {
@@ -388,7 +390,8 @@ fn note_unused_light(progress: &Progress, scene: &Scene, settings: &Settings) {
         progress
             .note("the environment's image lights nothing: --indirect virtual-lights ignores it, --occlusion deep includes it");
     }
-    if has_occlusion && !sees_environment && !has_sky {
+    let has_ambient = settings.get("occlusion-ambient").is_some_and(|ambient| ambient != "0");
+    if has_occlusion && !sees_environment && !has_sky && !has_ambient {
         progress.note("--occlusion shades the light of the environment, and there is none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
 }

@@ -23,6 +23,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let (settings, unfold) = (&mut state.settings, state.unfold);
     presets(ui, settings);
     technique(ui, &mut settings.indirect, &defaults.indirect, &mut state.message, unfold);
+    technique(ui, &mut settings.caustics, &defaults.caustics, &mut state.message, unfold);
     technique(ui, &mut settings.occlusion, &defaults.occlusion, &mut state.message, unfold);
     technique(ui, &mut settings.direct, &defaults.direct, &mut state.message, unfold);
     technique(ui, &mut settings.culling, &defaults.culling, &mut state.message, unfold);

@@ -65,10 +65,11 @@ fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Rando
 
 /// Changes one setting of the panels at random.
 fn change(settings: &mut Settings, random: &mut Random) {
-    match (random.unit() * 5.0) as u32 {
+    match (random.unit() * 6.0) as u32 {
         0 => change_technique(&mut settings.indirect, random),
         1 => change_technique(&mut settings.occlusion, random),
         2 => change_technique(&mut settings.culling, random),
+        3 => change_technique(&mut settings.caustics, random),
         _ => {
             let shown: Vec<_> = Settings::PARAMETERS.iter().filter(|parameter| parameter.info.has_panel).collect();
             let parameter = shown[(random.unit() * shown.len() as f64) as usize];

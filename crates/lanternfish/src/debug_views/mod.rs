@@ -10,7 +10,6 @@ use lanternfish_gpu::{
 use crate::{
     context::ViewContext,
     error::RenderError,
-    indirect::Indirect,
     indirect::{DemodulatedIrradiance, INDIRECT},
     light_culling::Culling,
     light_culling::{LightCulling, LightLists},
@@ -131,7 +130,7 @@ impl DebugViews {
                 needed: "a technique for `occlusion`",
             });
         }
-        if view == DebugView::Indirect && settings.indirect == Indirect::NONE {
+        if view == DebugView::Indirect && !settings.finds_indirect() {
             return Err(RenderError::Together {
                 setting: "`debug-view indirect`",
                 needed: "a technique for `indirect` light",

@@ -278,6 +278,12 @@ impl GpuScene {
         !self.panes.is_empty()
     }
 
+    /// True if light arrives from around the scene: a constant sky, or an environment image.
+    #[doc(hidden)]
+    pub fn has_sky(&self) -> bool {
+        self.sky != Vec3::ZERO || self.environment.is_some()
+    }
+
     /// Nits that are stored as 1 on the device: see `upload/light_unit.rs`.
     #[doc(hidden)]
     pub fn light_unit(&self) -> f32 {

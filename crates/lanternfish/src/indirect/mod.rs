@@ -39,6 +39,31 @@ impl<T: Technique + IndirectTechnique> From<T> for Indirect {
     }
 }
 
+/// The technique that computes caustics, or none.
+pub type Caustics = Choice<dyn CausticTechnique>;
+
+impl<T: Technique + CausticTechnique> From<T> for Caustics {
+    fn from(technique: T) -> Self {
+        Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
+    }
+}
+
+/// A technique for light that mirrors and glass throw onto other surfaces, beside a technique that leaves it out
+/// ([`IndirectTechnique::leaves_caustics`]).
+pub trait CausticTechnique: AnyTechnique {
+    /// Parts of a scene that it reads, beside those that are rasterized.
+    fn parts(&self) -> Parts;
+
+    /// Compiles its passes, which add its light to that of `indirect`. `tracer`: of shadow rays, if there are any.
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+        indirect: Option<Box<dyn IndirectPasses>>,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError>;
+}
+
 /// A technique for indirect light.
 pub trait IndirectTechnique: AnyTechnique {
     /// Takes the parameters of a quality, if it has any.
@@ -75,6 +100,12 @@ pub trait IndirectTechnique: AnyTechnique {
     /// True if it includes light of emissive triangles at visible surfaces. Otherwise direct light may add it.
     fn brings_emission(&self) -> bool {
         true
+    }
+
+    /// True if it leaves caustics to their own technique, if there is one. Otherwise it has all of their light that it
+    /// can find, and there are no others.
+    fn leaves_caustics(&self) -> bool {
+        false
     }
 
     /// Replaces an automatic tracer with the one chosen for the adapter.
@@ -200,10 +231,17 @@ impl DemodulatedIrradiance {
         Self { layers, counters: Vec::new() }
     }
 
-    /// The same light with the technique's counters.
+    /// The same light with more counters.
     #[doc(hidden)]
-    pub fn with_counters(self, counters: Vec<Counters>) -> Self {
-        Self { counters, ..self }
+    pub fn with_counters(mut self, counters: Vec<Counters>) -> Self {
+        self.counters.extend(counters);
+        self
+    }
+
+    /// The layers, and the counters of the technique's work.
+    #[doc(hidden)]
+    pub fn into_parts(self) -> (wgpu::TextureView, Vec<Counters>) {
+        (self.layers, self.counters)
     }
 
     /// Bindings under the names that the shaders use.
@@ -218,11 +256,17 @@ impl DemodulatedIrradiance {
     }
 }
 
-/// Compiles the passes that the settings need: none without indirect light. `tracer`: of shadow rays, if there are any.
+/// Compiles the passes that the settings need: none without indirect light and caustics. `tracer`: of shadow rays, if
+/// there are any.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
     tracer: Option<Tracer>,
 ) -> Result<Option<Box<dyn IndirectPasses>>, RenderError> {
-    settings.indirect.technique().map(|technique| technique.build(device, settings, tracer)).transpose()
+    let indirect =
+        settings.indirect.technique().map(|technique| technique.build(device, settings, tracer)).transpose()?;
+    match settings.caustics.technique().filter(|_| settings.finds_caustics()) {
+        Some(caustics) => caustics.build(device, settings, tracer, indirect).map(Some),
+        None => Ok(indirect),
+    }
 }

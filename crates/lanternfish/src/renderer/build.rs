@@ -23,7 +23,7 @@ use crate::{
     progressive::Progressive,
     rays::{Structure, Tracer},
     settings::{
-        Anisotropy, Antialiasing, Background, DebugView, Exposure, Materials, Samples, Settings,
+        Anisotropy, Antialiasing, Background, Caustics, DebugView, Exposure, Materials, Samples, Settings,
         Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
     shading::{self, DemodulatedLight, ExtraSurface, Forward, VisibilityRatios},
@@ -86,7 +86,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         settings.direct = Direct::NONE;
         settings.image.antialiasing = Antialiasing::None;
         if view != DebugView::Indirect {
-            settings.indirect = Indirect::NONE;
+            (settings.indirect, settings.caustics) = (Indirect::NONE, Caustics::NONE);
         }
     }
     let automatic = Tracer::automatic(device.adapter_info().device_type, device.features());
@@ -104,7 +104,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         let built = structure.technique()?.build(device);
         Some(built.map(|built| (structure, built)))
     });
-    let finds_arriving = ambient_visibility_passes.is_some() || settings.indirect != Indirect::NONE;
+    let finds_arriving = ambient_visibility_passes.is_some() || settings.finds_indirect();
     let needs_normals = (tracer.is_some() && shadows::reads_surface(&settings))
         || settings.direct.is_some()
         || settings.image.debug_view.is_some()
@@ -168,7 +168,9 @@ fn parts(settings: &Settings, shadows: Option<Tracer>) -> Parts {
     let traced = tracers.fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
     let direct = settings.direct.technique().map_or(Parts::NONE, |technique| technique.parts(settings));
     let occlusion = if settings.finds_ambient_visibility() { settings.occlusion.parts() } else { Parts::NONE };
-    let mut parts = traced | settings.indirect.parts() | occlusion | direct;
+    let caustics = settings.caustics.technique().filter(|_| settings.finds_caustics());
+    let caustics = caustics.map_or(Parts::NONE, |technique| technique.parts());
+    let mut parts = traced | settings.indirect.parts() | caustics | occlusion | direct;
     parts.bvh |= parts.hits && !parts.instances;
     parts
 }

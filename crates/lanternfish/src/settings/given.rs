@@ -2,7 +2,7 @@
 
 use lanternfish_scene::Value;
 
-use super::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings};
+use super::{Caustics, Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings};
 
 /// Values of some settings, by name: each of the setting's own type. A later value of a name replaces an earlier one.
 ///
@@ -16,7 +16,7 @@ use super::{Culling, Direct, Indirect, Occlusion, Preset, Samples, Settings};
 pub struct GivenSettings(Vec<(&'static str, Value)>);
 
 /// Choices of techniques: they come before the parameters.
-const CHOICES: [&str; 4] = [Direct::FLAG, Culling::FLAG, Indirect::FLAG, Occlusion::FLAG];
+const CHOICES: [&str; 5] = [Direct::FLAG, Culling::FLAG, Indirect::FLAG, Caustics::FLAG, Occlusion::FLAG];
 
 impl GivenSettings {
     /// Every value of the chosen techniques and of all other settings.

@@ -4,9 +4,9 @@ use lanternfish_scene::shading::{Falloff, NEAR_RADIUS};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Anisotropy, Antialiasing, Attenuation, Background, Coefficients, Culling, DebugView, Direct, Exposure, History,
-    Indirect, Materials, Occlusion, RayCulling, RayRangeCulling, Samples, Settings, Shadows, Structure, TextureBinding,
-    ToneMap,
+    Anisotropy, Antialiasing, Attenuation, Background, Caustics, Coefficients, Culling, DebugView, Direct, Exposure,
+    History, Indirect, Materials, Occlusion, RayCulling, RayRangeCulling, Samples, Settings, Shadows, Structure,
+    TextureBinding, ToneMap,
 };
 use crate::technique::{Parameter, Range};
 
@@ -93,6 +93,7 @@ settings! {
         direct, with_direct(impl Into<Direct>);
         culling, with_culling(impl Into<Culling>);
         indirect, with_indirect(impl Into<Indirect>);
+        caustics, with_caustics(impl Into<Caustics>);
         occlusion, with_occlusion(impl Into<Occlusion>);
         structure, with_structure(impl Into<Structure>);
     }

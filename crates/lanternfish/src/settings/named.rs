@@ -115,8 +115,9 @@ impl AnyChoice for Structure {
 }
 
 impl Settings {
-    fn choices(&mut self) -> [&mut dyn AnyChoice; 5] {
-        [&mut self.direct, &mut self.culling, &mut self.indirect, &mut self.occlusion, &mut self.structure]
+    fn choices(&mut self) -> [&mut dyn AnyChoice; 6] {
+        let Self { direct, culling, indirect, caustics, occlusion, structure, .. } = self;
+        [direct, culling, indirect, caustics, occlusion, structure]
     }
 
     /// Everything that front ends offer. Names are unique.

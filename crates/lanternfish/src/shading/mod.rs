@@ -18,7 +18,6 @@ use crate::{
     error::RenderError,
     gpu_scene::{Draw, Faces, ImageBehind, LAYERED, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
-    indirect::Indirect,
     light_culling::{LightCulling, LightLists},
     occlusion,
     prepass::{DEPTH_FORMAT, FROM_BEHIND, MULTISAMPLED},
@@ -318,7 +317,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: 
     let (mut opaque, mut transparent) = (Vec::new(), vec![TRANSPARENT]);
     // Rays of indirect light may reach the environment themselves.
     let ambient_visibility = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_environment());
-    let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
+    let indirect = settings.finds_indirect().then_some(INDIRECT);
     opaque.extend(settings.image.background.hides_environment().then_some(UNCOVERED));
     for features in [&mut opaque, &mut transparent] {
         features.extend(indirect.into_iter().chain(ambient_visibility));

@@ -5,7 +5,7 @@
 //! therefore does not compile, and a new value without a row fails a test.
 
 use lanternfish::{
-    settings::{Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
+    settings::{Caustics, Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},
     technique::{AnyTechnique, ParameterInfo},
     techniques::{LightSamples, Sampled},
 };
@@ -153,6 +153,9 @@ impl Rows<'_> {
         full(&format!("none, {MEAN_FRAMES} frames"), &format!("indirect none, accumulate {MEAN_FRAMES}"));
         for name in Indirect::all().iter().map(Indirect::name) {
             full(name, &format!("indirect {name}"));
+        }
+        for name in Caustics::all().iter().map(Caustics::name) {
+            full(&format!("virtual-lights, caustics {name}"), &format!("indirect virtual-lights, caustics {name}"));
         }
         full("sampled, one bounce", ONE_BOUNCE);
         full(&format!("sampled, {MEAN_FRAMES} frames"), &format!("indirect sampled, accumulate {MEAN_FRAMES}"));

@@ -19,6 +19,8 @@ named_enum! {
         Niessner = "niessner": "Their own: 150 directions of a cube in 75 images, 128² texels",
         /// [`DeepImageSettings::AALUND`].
         Aalund = "aalund": "Their own: 512 zonal directions, 50² texels",
+        /// [`DeepImageSettings::FIVE`].
+        Five = "five": "Of ambient visibility and ranges at once: 169 zonal directions, 64² texels, from one draw",
         /// [`DeepImageSettings::ARCHER`].
         Archer = "archer": "Their own: 13 stacks of 13 slices, 64² texels, from one draw",
     }
@@ -48,6 +50,10 @@ impl DeepImageSettings {
         tests_triangles: false,
         ..Self::NIESSNER
     };
+
+    /// As many and as large images as [`Self::ARCHER`], from one draw, along the directions of equal area that [Aalund2015,
+    /// eq. 2] needs: one set for both.
+    pub const FIVE: Self = Self { directions: DirectionSet::ZonalEqualArea { count: 169 }, ..Self::ARCHER };
 }
 
 impl PaperImages {
@@ -57,6 +63,7 @@ impl PaperImages {
             Self::Shared => DeepImageSettings::of(&settings.structure),
             Self::Niessner => DeepImageSettings::NIESSNER,
             Self::Aalund => DeepImageSettings::AALUND,
+            Self::Five => DeepImageSettings::FIVE,
             Self::Archer => DeepImageSettings::ARCHER,
         }
     }

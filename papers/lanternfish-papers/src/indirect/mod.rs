@@ -1,5 +1,7 @@
 //! Indirect light from photons and from virtual lights.
 
+pub mod caustics;
+pub(crate) mod layers;
 pub(crate) mod light_views;
 pub mod photon_splatting;
 #[cfg(test)]

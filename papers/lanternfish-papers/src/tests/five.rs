@@ -1,80 +1,240 @@
-//! All five papers in one frame: each of them does something in it.
+//! All five papers in one frame: what it loses without each of them, against the path tracer.
 
 use glam::Vec3;
 use lanternfish::{Renderer, Settings};
 use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Light, generate::demo};
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
+    settings::{Integrator, UNLIMITED},
+};
+use lanternfish_scene::{Camera, Eyes, Light, Material, Projection, Scene};
 
 use crate::{
     Paper,
-    testing::{self, engine, inside},
+    testing::{self, engine, inside, light, quad},
 };
 
-/// An image, and the counters of its frame.
-type Drawn = (Vec<[f32; 4]>, Vec<(String, u64)>);
+const SIZE: [u32; 2] = [48, 36];
+/// Of the lamps, m.
+const RADIUS: f32 = 0.05;
 
-/// All five in a small scene with a sky and a second lamp, which does not reach far; with some settings changed.
-fn draw(gpu: &Gpu, changes: &[(&str, &str)]) -> Drawn {
+/// An image, with its counters.
+struct Drawn {
+    radiance: Vec<Vec3>,
+    counters: Vec<(String, u64)>,
+}
+
+impl Drawn {
+    fn counted(&self, name: &str) -> f64 {
+        let sums = self.counters.iter().filter(|(counter, _)| counter == name).map(|(_, count)| *count as f64);
+        sums.sum()
+    }
+}
+
+/// A room for all five: a glossy block before three lamps, a mirror that throws the light of a fourth onto a wall.
+fn room() -> (Scene, Camera) {
+    let mut scene = light::closed_box(light::matt(0.6));
+    let metal = |perceptual_roughness| Material {
+        base_color: Vec3::splat(0.9).extend(1.0),
+        metallic: 1.0,
+        perceptual_roughness,
+        double_sided: true,
+        ..Material::default()
+    };
+    scene.materials.extend([metal(0.05), metal(0.4)]);
+    let (across, up, along) = (0.45 * Vec3::X, 0.675 * Vec3::Y, 0.35 * Vec3::Z);
+    scene.meshes[0].primitives.extend([
+        quad(1, Vec3::new(0.98, 0.47, 0.2), 0.15 * Vec3::Z, 0.1 * Vec3::Y),
+        quad(2, Vec3::new(0.0, -0.325, 0.0), across, up),
+        quad(0, Vec3::new(0.0, -0.325, -0.7), across, up),
+        quad(0, Vec3::new(-0.45, -0.325, -0.35), along, up),
+        quad(0, Vec3::new(0.45, -0.325, -0.35), along, up),
+        quad(0, Vec3::new(0.0, 0.35, -0.35), across, along),
+    ]);
+    let lamp = |x, y, z, intensity| Light::point(Vec3::new(x, y, z), Vec3::splat(intensity));
+    let behind = [lamp(-0.6, -0.4, -0.8, 1.5), lamp(0.6, -0.2, -0.8, 1.5), lamp(0.0, -0.3, -0.9, 1.5)];
+    scene.lights = behind.into_iter().chain([lamp(0.3, 0.4, 0.5, 1.5)]).collect();
+    let camera = Camera::look_at(
+        Vec3::new(0.0, 0.1, 0.95),
+        Vec3::new(-0.15, 0.0, -1.0),
+        Projection::Perspective { fov_y: 1.2, near: 0.02 },
+    );
+    (scene, camera)
+}
+
+/// The views of cameras by all five, with some settings changed.
+fn draw(gpu: &Gpu, scene: &Scene, cameras: &[Camera], changes: &[(&str, &str)]) -> Drawn {
     let mut settings: Settings = Paper::Five.settings();
     for (name, value) in [("samples", "1")].iter().chain(changes) {
         settings.set(name, value).unwrap();
     }
-    let mut scene = demo("cornell").unwrap();
-    scene.sky = Vec3::splat(0.5);
-    scene.lights.push(Light { range: Some(0.4), ..Light::point(Vec3::new(0.3, 0.3, 0.3), Vec3::ONE) });
     let mut renderer = Renderer::with_engine(&engine(gpu), settings).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    let drawn = renderer.render(&uploaded, &scene.cameras[0], [32, 24]).unwrap();
-    (drawn.radiance, drawn.report.counters)
+    let uploaded = renderer.upload(scene).unwrap();
+    let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE)).collect();
+    let images = renderer.render_views(&uploaded, &views).unwrap();
+    let radiance = images[0].radiance.iter().map(|[r, g, b, _]| Vec3::new(*r, *g, *b)).collect();
+    Drawn { radiance, counters: images.into_iter().flat_map(|image| image.report.counters).collect() }
 }
 
-/// A setting without a paper, and the counter that it changes; none: it changes the image.
-type Without = (&'static str, &'static str, Option<&'static str>);
+/// The path tracer's image, with paths of up to `max_depth` segments.
+fn trace(scene: &Scene, camera: &Camera, integrator: Integrator, max_depth: u32) -> Vec<Vec3> {
+    let settings = TracerSettings { integrator, max_depth, light_radius: RADIUS, ..TracerSettings::default() };
+    let mut film = Film::new(SIZE).unwrap();
+    Tracer::new(scene, settings).unwrap().render(camera, &mut film, 256);
+    film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
+}
 
-const WITHOUT: [Without; 6] = [
-    // Ranges of virtual lights by compound deep images.
-    ("vpl-ranges", "unlimited", None),
-    ("ray-culling", "none", Some("shadows/rays")),
-    ("culling", "all", Some("light_culling/visible_clusters")),
-    // Across texels.
-    ("vpl-shadows", "bvh", None),
-    // By layered depth maps.
-    ("occlusion", "none", None),
-    ("indirect", "none", None),
-];
+/// The difference of two images.
+fn less(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
+    a.iter().zip(b).map(|(a, b)| *a - *b).collect()
+}
 
-fn check(gpu: &Gpu, papers: &[Without]) {
-    let all = draw(gpu, &[]);
-    for (name, value, counter) in papers {
-        let without = draw(gpu, &[(name, value)]);
-        let Some(counter) = counter else {
-            assert_ne!(all.0, without.0, "{name} {value}: the same image");
-            continue;
-        };
-        let [all, without] = [&all, &without].map(|(_, counters)| counters.iter().find(|(it, _)| it == counter));
-        assert!((all.is_some() || without.is_some()) && all != without, "{name} {value}: {all:?} and {without:?}");
+/// Error of a part of the light over that part, in pixels of which this is true.
+fn error(found: &[Vec3], truth: &[Vec3], is_in: &[bool]) -> f64 {
+    let only = |image: &[Vec3]| image.iter().zip(is_in).filter(|(_, is_in)| **is_in).map(|(pixel, _)| *pixel).collect();
+    let [found, truth]: [Vec<Vec3>; 2] = [only(found), only(truth)];
+    light::off(&found, &truth)
+}
+
+const DIRECT: [(&str, &str); 3] = [("indirect", "none"), ("caustics", "none"), ("occlusion", "none")];
+/// The frame without a ray left out.
+const EVERY_RAY: [(&str, &str); 2] = [("ray-culling", "none"), ("ray-range-culling", "off")];
+
+/// Shadow rays over those without the tests of [Elagabani2025, §4.3.1], and the light over that with every ray.
+fn rays_and_light(gpu: &Gpu, scene: &Scene, camera: &Camera) -> [f64; 2] {
+    let of = |more: &[(&str, &str)]| draw(gpu, scene, std::slice::from_ref(camera), &[&DIRECT, more].concat());
+    let [culled, all] = [of(&[]), of(&EVERY_RAY)];
+    [
+        culled.counted("shadows/rays") / all.counted("shadows/rays"),
+        light::mean(&culled.radiance) / light::mean(&all.radiance),
+    ]
+}
+
+/// Visible clusters of two eyes, in one grid around both over those of one for each [VanGelderen2020, §4.1].
+fn clusters(gpu: &Gpu, scene: &Scene, camera: &Camera) -> f64 {
+    let eyes = Eyes::Vive.cameras(camera, 1.0).unwrap();
+    let of = |views| draw(gpu, scene, &eyes, &[&DIRECT[..], &[("cluster-views", views)]].concat());
+    let [one, two] = ["enclosed", "individual"].map(|views| of(views).counted("light_culling/visible_clusters"));
+    one / two
+}
+
+/// Elagabani's tests leave out a fifth of the rays and no light; van Gelderen's grid has less than 0.6 of the clusters.
+#[gpu_test]
+fn gpu_five_need_fewer_rays_and_clusters(gpu: &Gpu) {
+    let (scene, camera) = room();
+    let ([rays, light], clusters) = (rays_and_light(gpu, &scene, &camera), clusters(gpu, &scene, &camera));
+    println!("rays {rays:.3}, light {light:.4}, clusters {clusters:.3}");
+    assert!(rays <= 0.8 && (light - 1.0).abs() < 0.01, "{rays} of the rays, {light} of the light");
+    assert!(clusters <= 0.6, "{clusters} of the clusters");
+}
+
+/// Errors of parts of the light with a paper and without it, each over that part.
+fn parts(gpu: &Gpu, scene: &Scene, camera: &Camera, has_metal: bool) -> Vec<(&'static str, [f64; 2])> {
+    let of = |changes: &[(&str, &str)]| draw(gpu, scene, std::slice::from_ref(camera), changes).radiance;
+    let path = |depth| trace(scene, camera, Integrator::Path, depth);
+    let all = vec![true; (SIZE[0] * SIZE[1]) as usize];
+    let (five, direct, one) = (of(&[("occlusion", "none")]), path(2), path(3));
+    let own_direct = of(&DIRECT);
+    let bounce = less(&one, &direct);
+    let mut found = vec![
+        (
+            "shadows",
+            [
+                error(&own_direct, &direct, &all),
+                error(&of(&[&DIRECT[..], &[("shadows", "none")]].concat()), &direct, &all),
+            ],
+        ),
+        (
+            "one bounce",
+            [error(&less(&five, &own_direct), &bounce, &all), error(&vec![Vec3::ZERO; all.len()], &bounce, &all)],
+        ),
+    ];
+    // Constant ambient light: its obscurance within the scene's radius, times what surfaces reflect.
+    let ambient = less(&of(&[]), &five);
+    let radius = 0.5 * scene.bounds().size().length();
+    let open = trace(scene, camera, Integrator::Obscurance { max_distance: radius }, UNLIMITED);
+    let white = draw_white(gpu, scene, camera);
+    let expected: Vec<Vec3> = open.iter().zip(&white).map(|(open, white)| *open * *white).collect();
+    let is_lit: Vec<bool> = white.iter().map(|white| white.max_element() > 0.0).collect();
+    found.push(("ambient light", [error(&ambient, &expected, &is_lit), error(&white, &expected, &is_lit)]));
+    // Metal has glossy light alone.
+    let is_glossy: Vec<bool> = is_lit.iter().map(|is_lit| !is_lit).collect();
+    if has_metal {
+        let without = of(&[("occlusion", "none"), ("vpl-glossy-rays", "0")]);
+        let [with, without] = [&five, &without].map(|image| error(&less(image, &own_direct), &bounce, &is_glossy));
+        found.push(("glossy light", [with, without]));
     }
+    // Light that metal throws onto diffuse surfaces: what is missing where metal is black.
+    if has_metal {
+        let mut black = scene.clone();
+        black
+            .materials
+            .iter_mut()
+            .filter(|material| material.metallic == 1.0)
+            .for_each(|metal| *metal = light::matt(0.0));
+        let thrown = less(&one, &trace(&black, camera, Integrator::Path, 3));
+        let mean = light::mean(&thrown);
+        let is_thrown = |pixel: &Vec3| f64::from(pixel.element_sum()) / 3.0 > 2.0 * mean;
+        let is_caustic: Vec<bool> =
+            thrown.iter().zip(&is_lit).map(|(pixel, is_lit)| *is_lit && is_thrown(pixel)).collect();
+        let of_metal = |changes: &[(&str, &str)]| {
+            let without = draw(gpu, &black, std::slice::from_ref(camera), changes).radiance;
+            error(&less(&of(changes), &without), &thrown, &is_caustic)
+        };
+        let without = [("occlusion", "none"), ("caustics", "none")];
+        found.push(("caustic", [of_metal(&without[..1]), of_metal(&without)]));
+    }
+    found
 }
 
-#[gpu_test]
-fn gpu_the_five_are_drawn_together(gpu: &Gpu) {
-    check(gpu, &WITHOUT[..1]);
+/// The ambient light of the frame without occlusion.
+fn draw_white(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    let of = |changes: &[(&str, &str)]| draw(gpu, scene, std::slice::from_ref(camera), changes).radiance;
+    let near = ("occlusion-distance", "0.0001");
+    less(&of(&[near, ("indirect", "none"), ("caustics", "none")]), &of(&DIRECT))
 }
 
+/// Fails if a part's error with its paper is above `most` of that without.
+fn check(parts: &[(&str, [f64; 2])], most: f64) {
+    for (part, [with, without]) in parts {
+        println!("{part}: {with:.3}, without {without:.3}");
+    }
+    let lost: Vec<_> = parts.iter().filter(|(_, [with, without])| !(*with <= most * without)).collect();
+    assert!(lost.is_empty(), "with the paper, without: {lost:?}");
+}
+
+/// In a room made for it, without a paper the frame loses most of what the paper carries.
 #[gpu_test(full)]
-fn gpu_each_of_the_five_does_something(gpu: &Gpu) {
-    check(gpu, &WITHOUT);
+fn gpu_five_lose_light_without_each_paper(gpu: &Gpu) {
+    let (scene, camera) = room();
+    check(&parts(gpu, &scene, &camera, true), 0.6);
 }
 
-/// The cube of shadow rays and the stacks of ranges are both there, beside the maps of occlusion, which are its own.
+/// The same in Sponza, which has no mirror.
+#[gpu_test(full)]
+fn gpu_five_lose_light_without_each_paper_in_sponza(gpu: &Gpu) {
+    let test = "gpu_five_lose_light_without_each_paper_in_sponza";
+    let Some(file) = lanternfish_gpu::testing::shared(test, "assets/sponza/Sponza.glb") else { return };
+    let mut scene = lanternfish_scene::load(file.to_str().unwrap()).unwrap();
+    let lamps =
+        [[6.5, 2.0, -2.2], [5.0, 1.2, 1.8], [2.5, 5.2, -3.8], [-1.0, 1.5, -1.5], [-4.0, 6.5, 3.5], [0.5, 8.0, 0.0]];
+    let lamp = |position: &[f32; 3]| Light { range: Some(8.0), ..Light::point((*position).into(), Vec3::splat(50.0)) };
+    scene.lights = lamps.iter().map(lamp).collect();
+    let camera = light::looking([6.6, 2.6, -0.6], [-4.0, 3.2, 0.4]);
+    let ([rays, light], clusters) = (rays_and_light(gpu, &scene, &camera), clusters(gpu, &scene, &camera));
+    println!("rays {rays:.3}, light {light:.4}, clusters {clusters:.3}");
+    assert!(rays <= 0.8 && (light - 1.0).abs() < 0.01 && clusters <= 0.6, "{rays} {light} {clusters}");
+    check(&parts(gpu, &scene, &camera, false), 0.8);
+}
+
+/// One cube for shadows, glossy rays and virtual lights; one set for ranges and ambient visibility.
 #[gpu_test]
-fn gpu_five_has_two_structures_for_tracers(gpu: &Gpu) {
+fn gpu_five_has_two_sets_of_images(gpu: &Gpu) {
     let structures = |changes: &[(&str, &str)]| {
         let mut settings = Paper::Five.settings();
         changes.iter().for_each(|(name, value)| settings.set(name, value).unwrap());
         inside::structures(&Renderer::with_engine(&engine(gpu), settings).unwrap())
     };
     assert_eq!(structures(&[]), 2);
-    assert_eq!(structures(&[("vpl-images", "niessner")]), 1);
-    assert_eq!(structures(&[("vpl-shadows", "bvh")]), 1);
+    assert_eq!(structures(&[("vpl-images", "shared")]), 1);
 }

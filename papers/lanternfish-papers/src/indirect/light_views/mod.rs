@@ -264,7 +264,24 @@ fn luminance(color: Vec3) -> f32 {
 
 /// Luminous flux, lm: of a directional light, that on a disk as wide as the scene. Ranges are ignored.
 fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
-    let extent = match light.kind {
+    extent_of(light, bounds) * luminance(light.intensity).max(0.0)
+}
+
+/// Mean radiance in a closed box around the scene whose walls reflect all light once, nits, in the unit of the device.
+pub(crate) fn bounced(scene: &GpuScene) -> Vec3 {
+    let [x, y, z] = scene.bounds().size().max(Vec3::splat(1e-6)).to_array();
+    let lights = scene.lights().on_host.iter().map(|light| extent_of(light, scene.bounds()) * light.intensity);
+    let sent = |EmissiveTriangle { emitter, .. }: &EmissiveTriangle| {
+        let sides = if emitter.cone.cos_spread < 0.0 { 2.0 } else { 1.0 };
+        Vec3::splat(sides * PI * emitter.power)
+    };
+    let flux: Vec3 = lights.chain(scene.emissive_triangles().iter().map(sent)).sum();
+    flux / (PI * 2.0 * (x * y + y * z + z * x))
+}
+
+/// Flux of a light over its intensity, sr.
+fn extent_of(light: &Light, bounds: &Bounds) -> f32 {
+    match light.kind {
         0 => 4.0 * PI,
         1 => {
             let cos_inner = light.cos_outer + 1.0 / light.inverse_cos_span;
@@ -274,8 +291,7 @@ fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
         2 => PI * radius_of(bounds).powi(2),
         3 => PI * PI * light.radius * light.radius,
         _ => PI * 4.0 * light.radius * light.tan_outer,
-    };
-    extent * luminance(light.intensity).max(0.0)
+    }
 }
 
 /// Radius of a sphere that holds the scene, m.

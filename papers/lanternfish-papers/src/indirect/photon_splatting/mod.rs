@@ -23,6 +23,7 @@ use lanternfish::{
 use lanternfish_gpu::SharedStruct;
 
 use self::parameters::{PhotonHit, PhotonParameters, PrimaryPhoton};
+pub(crate) use self::passes::{PhotonPasses, Photons};
 pub use self::settings::{PhotonSplatting, Splat};
 
 /// The shaders of this folder.

@@ -8,8 +8,8 @@ gpu_struct! {
     pub struct PhotonParameters {
         /// Photons that are split: one per texel of the lights' views.
         primary_count: u32,
-        /// Directions that each is split into: the axes of the images. Two more follow: the mirror direction, and the photon's own hit
-        /// point.
+        /// Directions that each is split into: the axes of the images; 0: it is mirrored alone. Two more follow: the mirror direction,
+        /// and the photon's own hit point.
         direction_count: u32,
         /// First direction of the current chunk.
         first_direction: u32,

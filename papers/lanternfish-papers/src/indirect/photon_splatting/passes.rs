@@ -22,7 +22,7 @@ use lanternfish::{
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
 
-use self::chunk::Photons;
+use self::chunk::PhotonInputs;
 use super::{
     DECLARED, PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster,
 };
@@ -59,10 +59,20 @@ gpu_constants! {
     pub(super) const TILE: u32 = 16;
 }
 
+/// What becomes of a photon at a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Photons {
+    /// It is split into the directions of the set, and mirrored.
+    Split,
+    /// It is mirrored alone, and lights diffuse surfaces.
+    Mirrored,
+}
+
 /// The passes.
 #[derive(Debug)]
 pub struct PhotonPasses {
     settings: PhotonSplatting,
+    photons: Photons,
     materials: Materials,
     /// Minimum number of frames in the mean of an image.
     frames: u32,
@@ -103,6 +113,7 @@ impl PhotonPasses {
         technique: PhotonSplatting,
         settings: &Settings,
         tracer: Option<Tracer>,
+        photons: Photons,
     ) -> Result<Self, RenderError> {
         check(&technique, &settings.structure)?;
         let traced = technique.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
@@ -120,6 +131,7 @@ impl PhotonPasses {
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         Ok(Self {
             settings: technique,
+            photons,
             materials: settings.materials.model,
             frames: settings.image.accumulate,
             directions: PhotonDirections::new(DeepImageSettings::of(structure).directions)?,
@@ -172,7 +184,7 @@ impl PhotonPasses {
         let tiles = size.map(|side| side.div_ceil(TILE));
         PhotonParameters {
             primary_count: views.texels(),
-            direction_count: self.directions.len(),
+            direction_count: if self.photons == Photons::Split { self.directions.len() } else { 0 },
             frame_index: view.view.random_index,
             radius: self.settings.radius * (frames as f32).powf(-SHRINKING),
             widened: u32::from(self.settings.widened),
@@ -228,7 +240,7 @@ impl IndirectPasses for PhotonPasses {
         let chunks = self.deep_images(view).map(|images| images.chunks.iter());
         let texels = chunks.map(|chunks| chunks.map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
         parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
-        let photons = Photons {
+        let photons = PhotonInputs {
             scene,
             directions: &directions,
             tiles: &tiles,

@@ -17,7 +17,10 @@ use lanternfish::{
 };
 use lanternfish_scene::named_enum;
 
-use super::{DECLARED, passes::PhotonPasses};
+use super::{
+    DECLARED,
+    passes::{PhotonPasses, Photons},
+};
 
 named_enum! {
     /// Photon splatting method.
@@ -113,6 +116,6 @@ impl IndirectTechnique for PhotonSplatting {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
-        Ok(Box::new(PhotonPasses::new(device, *self, settings, tracer)?))
+        Ok(Box::new(PhotonPasses::new(device, *self, settings, tracer, Photons::Split)?))
     }
 }

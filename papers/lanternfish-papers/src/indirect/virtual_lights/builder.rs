@@ -59,6 +59,8 @@ pub(super) struct FrameLights {
 pub(super) struct LightBuilder {
     settings: VirtualLights,
     materials: Materials,
+    /// Light that mirrors reflect is left to caustics.
+    leaves_mirrored: bool,
     /// Cut-off intensity, cd.
     threshold: f32,
     /// Of the attenuation `clq`.
@@ -102,6 +104,7 @@ impl LightBuilder {
         Ok(Self {
             settings: technique,
             materials: settings.materials.model,
+            leaves_mirrored: settings.finds_caustics(),
             threshold: settings.lights.range_threshold,
             coefficients: settings.lights.coefficients,
             raster: (technique.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
@@ -296,7 +299,8 @@ impl LightBuilder {
             far_count: if settings.residual == Residual::FarLights { settings.far_lights } else { 0 },
             shadow_rays: settings.shadow_rays,
             weight_count: settings.weight_count,
-            glossy: u32::from(self.materials == Materials::File),
+            glossy: u32::from(self.materials == Materials::File && settings.glossy_rays == 0),
+            leaves_mirrored: self.leaves_mirrored.into(),
             stride: settings.stride.max(1),
             taken_count,
         }
@@ -365,11 +369,8 @@ fn gpu_ranges_are_those_of_a_cut_off_intensity_or_of_rays_that_hit(gpu: &lantern
     let cut_off = |shared: u32| move |i| (flux(i) / std::f32::consts::PI * shared as f32 / 0.25).sqrt();
     let distances = |i: u32| if i % 2 == 0 { [2.0, -1.0, 4.0, -1.0, -1.0, -1.0] } else { [-1f32; RANGE_RAYS as usize] };
     let by_rays = |i: u32| if i % 2 == 0 { 3.0 } else { 2e6 };
-    let cases: [(Ranges, &dyn Fn(u32) -> f32); 3] = [
-        (Ranges::ThresholdEach, &cut_off(1)),
-        (Ranges::Threshold, &cut_off(COUNT)),
-        (Ranges::Average, &by_rays),
-    ];
+    let cases: [(Ranges, &dyn Fn(u32) -> f32); 3] =
+        [(Ranges::ThresholdEach, &cut_off(1)), (Ranges::Threshold, &cut_off(COUNT)), (Ranges::Average, &by_rays)];
     for (ranges, expected) in cases {
         let parameters = VirtualLightParameters {
             scene_radius: 1e6,

@@ -23,12 +23,13 @@ use lanternfish::{
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     gpu_scene::{MASKED, TEXTURES},
-    indirect::{DemodulatedIrradiance, IndirectPasses},
+    indirect::{DemodulatedIrradiance, IndirectPasses, IndirectTechnique as _},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, TracePass, Tracer},
-    settings::{Settings, Shadows},
+    settings::{Materials, Settings, Shadows},
     shaders::{Root, Shaders},
+    techniques::Sampled,
 };
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
 
@@ -40,6 +41,8 @@ pub use self::{
     choices::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual},
     settings::VirtualLights,
 };
+use super::layers::{GLOSSY_LAYERS, LayerSum};
+use crate::RasterGrid;
 
 /// Lights are selected for shadow rays instead of being added up.
 const SHADOWED: Feature = Feature::new("shadowed");
@@ -77,6 +80,8 @@ pub struct VirtualLightPasses {
     /// None: virtual lights cast no shadows.
     shadow: Option<TracePass>,
     smoothing: Smoothing,
+    /// Rays for the glossy light, if there are any.
+    glossy: Option<(Box<dyn IndirectPasses>, LayerSum)>,
 }
 
 impl VirtualLightPasses {
@@ -99,7 +104,8 @@ impl VirtualLightPasses {
             Shadows::Auto => Some(exact),
             Shadows::Traced(tracer) => Some(tracer.check(device, "`vpl-shadows ray-query`", "`vpl-shadows bvh`")?),
         };
-        let mut gather = vec![LightCulling::feature(&settings.culling)];
+        let culling = if technique.grid { RasterGrid::default().into() } else { settings.culling.clone() };
+        let mut gather = vec![LightCulling::feature(&culling)];
         gather.extend(shadows.map(|_| SHADOWED));
         let [structure, of_shadows] =
             [technique.images, technique.shadow_images].map(|images| images.structure(settings));
@@ -107,11 +113,25 @@ impl VirtualLightPasses {
             let kernel = kernel("shadow", &tracer.features(&of_shadows, false))?;
             Ok::<_, RenderError>(TracePass::new(tracer, &of_shadows, kernel))
         };
+        let has_glossy_rays = technique.glossy_rays > 0 && settings.materials.model == Materials::File;
+        let rays = Sampled {
+            diffuse_rays: 1,
+            glossy_rays: technique.glossy_rays,
+            tracer: shadows.unwrap_or(exact).into(),
+            resolution: technique.resolution,
+            filter_radius: technique.filter_radius,
+            clamp: technique.clamp,
+            ..Sampled::default().one_bounce()
+        };
+        let of_rays = settings.clone().with_structure(of_shadows.clone());
+        let glossy =
+            || Ok::<_, RenderError>((rays.build(device, &of_rays, tracer)?, LayerSum::new(device, &[GLOSSY_LAYERS])?));
         Ok(Self {
+            glossy: has_glossy_rays.then(glossy).transpose()?,
             settings: technique,
             frames: settings.image.accumulate,
             builder: LightBuilder::new(device, technique, settings, &structure, exact)?,
-            culling: LightCulling::new(device, &settings.culling, 1)?,
+            culling: LightCulling::new(device, &culling, 1)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
             smoothing: Smoothing::new(device, settings.history)?,
@@ -164,7 +184,10 @@ impl IndirectPasses for VirtualLightPasses {
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &irradiance)?;
-        Ok(DemodulatedIrradiance::new(layers).with_counters(vec![lights.counters.clone()]))
+        let light = DemodulatedIrradiance::new(layers).with_counters(vec![lights.counters.clone()]);
+        let Some((rays, sum)) = &mut self.glossy else { return Ok(light) };
+        let reflected = rays.record(frame, view, surface)?;
+        Ok(sum.record(frame, surface, [light, reflected]))
     }
 }
 

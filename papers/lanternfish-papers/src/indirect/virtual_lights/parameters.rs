@@ -64,6 +64,8 @@ gpu_struct! {
         stride: u32,
         /// 1: rays were traced for ranges, so that the loss is measured.
         traces_ranges: u32,
+        /// 1: light that mirrors reflect is left to caustics.
+        leaves_mirrored: u32,
     }
 }
 

@@ -77,6 +77,14 @@ parameters! {
         shadows: Shadows = Shadows::Auto, "vpl-shadows" "NAME" Range::Names, with_default;
         /// Shadow rays per pixel to virtual lights. More: less noise, slower. Default: 4; with `quality best` 12.
         shadow_rays: u32 = 4, "vpl-shadow-rays" "N" Range::Count(1, 256);
+        /// Glossy rays per pixel, traced as the shadow rays, whose hits are shaded [Niessner2010, §5]: they find the
+        /// glossy light. More: less noise, slower. 0: virtual lights are reflected.
+        glossy_rays: u32 = 0, "vpl-glossy-rays" "N" Range::Count(0, 256), with_default;
+        /// Lists of virtual lights.
+        grid: bool = false, "vpl-grid" "on|off" Range::Switch(
+            "A raster grid of their own, as in Archer 2019",
+            "The `culling` of the scene's lights",
+        ), with_default;
         /// Resolution of indirect light.
         resolution: IndirectResolution = IndirectResolution::Full => RESOLUTION;
         /// Radius of the filter in an image of one frame, pixels, up to 64; 0: no filter.
@@ -134,12 +142,17 @@ impl IndirectTechnique for VirtualLights {
         false
     }
 
+    /// A drawn map keeps what mirrors reflect.
+    fn leaves_caustics(&self) -> bool {
+        self.source == MapSource::Rays
+    }
+
     fn for_transparent(&mut self) {
         self.range_tracer = self.range_tracer.exact();
         if let Shadows::Traced(tracer) = &mut self.shadows {
             *tracer = tracer.exact();
         }
-        self.resolution = IndirectResolution::Full;
+        (self.resolution, self.glossy_rays) = (IndirectResolution::Full, 0);
     }
 
     fn build(

@@ -3,6 +3,8 @@
 
 mod cells;
 
+use std::any::Any;
+
 use glam::{Quat, UVec2, Vec3};
 use lanternfish::{
     RenderError, ViewContext,
@@ -11,6 +13,7 @@ use lanternfish::{
     occlusion::{AmbientVisibility, OcclusionPasses, OcclusionTechnique, TILE, ambient_visibility_target},
     parameters,
     prepass::Surface,
+    rays::Structure,
     settings::{History, Settings},
     shaders::{Root, Shaders},
     technique::{Parameter, Range, Technique},
@@ -19,9 +22,13 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_s
 
 use self::cells::CellRadiances;
 use super::DISTANCE;
-use crate::deep_images::{
-    DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
-    directions::Directions, settings::DeepImageSettings,
+use crate::{
+    VirtualLights,
+    deep_images::{
+        DeepCounts, DeepImages, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
+        directions::Directions, settings::DeepImageSettings,
+    },
+    indirect::light_views::{bounced, radius_of},
 };
 
 gpu_struct! {
@@ -35,10 +42,16 @@ gpu_struct! {
         max_distance: f32,
         /// 1: first run of the frame, the sums start at 0.
         is_first: u32,
+        /// Radiance of the environment of a scene without a sky, nits.
+        ambient: Vec3,
+        /// Factor of what surfaces mirror of the environment: 0 if rays find it.
+        mirrored: f32,
         /// Perceptual roughness of the narrowest lobe about the mirror direction.
         least_roughness: f32,
         /// Frame number, the seed of the choice of texels.
         frame: u32,
+        /// Unused.
+        _pad: UVec2,
     }
 }
 
@@ -72,6 +85,10 @@ parameters! {
             "As in the paper: one texel, its first fragment, weights of 2 / N",
             "Near triangles are tested",
         ), with_default;
+        /// Constant ambient light of scenes without a sky, over the light of a closed room as large as the scene whose
+        /// surfaces reflect all light once. Larger: brighter; 0: none. It comes from within `occlusion-distance`; without
+        /// one, from within the scene's radius.
+        ambient: f32 = 0.0, "occlusion-ambient" "FACTOR" Range::Number(0.0, 100.0), with_default;
         /// Deep images for ambient visibility.
         images: PaperImages = PaperImages::Shared, "occlusion-images" "NAME" Range::Names, with_default;
     }
@@ -121,7 +138,12 @@ const RADIANCE_BYTES: u64 = 48;
 struct DeepOcclusion {
     /// The set without rotation.
     directions: Directions,
-    images: KeptDeepImages,
+    /// The structure whose images are the same; none: it has its own.
+    shared: Option<Structure>,
+    images: Option<KeptDeepImages>,
+    ambient: f32,
+    /// Rays of indirect light find what surfaces mirror.
+    leaves_mirrored: bool,
     constant: Kernels,
     /// Kernels for an environment image.
     environment: Kernels,
@@ -158,6 +180,9 @@ impl DeepOcclusion {
     /// Compiles the passes.
     fn new(device: &wgpu::Device, settings: &Settings, deep: &Deep) -> Result<Self, RenderError> {
         let history = settings.history;
+        let built = settings.indirect.technique().map(|indirect| indirect.structures(settings)).unwrap_or_default();
+        let shared = built.into_iter().find(|built| *built == Structure::from(deep.images.settings(settings)));
+        let leaves_mirrored = settings.indirect.get::<VirtualLights>().is_some_and(|lights| lights.glossy_rays > 0);
         // The triangles of near fragments are tested.
         let settings = DeepImageSettings { payload: !deep.plain, ..deep.images.settings(settings) };
         let mut features = settings.fragment_features();
@@ -168,7 +193,10 @@ impl DeepOcclusion {
         Ok(Self {
             directions: Directions::new(settings.directions)
                 .map_err(|error| RenderError::Directions { what: error.to_string() })?,
-            images: KeptDeepImages::new(device, settings)?,
+            images: shared.is_none().then(|| KeptDeepImages::new(device, settings)).transpose()?,
+            shared,
+            ambient: deep.ambient,
+            leaves_mirrored,
             constant: Kernels::new(device, &features)?,
             environment: Kernels::new(device, &with_image)?,
             cells: CellRadiances::default(),
@@ -180,22 +208,29 @@ impl DeepOcclusion {
 
 impl OcclusionPasses for DeepOcclusion {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        self.images.check_growth(growth)
+        self.images.as_ref().map_or(Ok(()), |images| images.check_growth(growth))
     }
 
-    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, the set is
-    /// rotated a little more, so that one direction points towards it.
+    /// Uses images of the current scene with the frame's rotation of the direction set. If there is a sun, a set of its
+    /// own is rotated a little more, so that one direction points towards it.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, view, buffer, rotation, .. }: &ViewContext<'_>,
+        ViewContext { scene, view, buffer, rotation, structures, .. }: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<AmbientVisibility, RenderError> {
         let rotation = match scene.environment_light().sun {
             Some(sun) => rotated_towards(&self.directions.rotated(*rotation), sun),
             None => *rotation,
         };
-        let images = self.images.get(frame, scene, rotation)?;
+        let built = structures.iter().find(|(structure, _)| Some(structure) == self.shared.as_ref());
+        let built: Option<&dyn Any> = built.map(|(_, built)| &**built as _);
+        let images = match (built.and_then(|built| built.downcast_ref::<DeepImages>()), &mut self.images) {
+            (Some(images), _) => images,
+            (None, Some(own)) => own.get(frame, scene, rotation)?,
+            (None, None) => unreachable!("the frame builds the structures of its rays"),
+        };
+        let ambient = if scene.has_sky() { Vec3::ZERO } else { self.ambient * bounced(scene) };
         let cells = match &scene.environment_light().samples {
             Some(samples) => Some(self.cells.get(frame, samples, &images.directions)?),
             None => None,
@@ -221,8 +256,12 @@ impl OcclusionPasses for DeepOcclusion {
             History::Off => view.frame_index,
             History::On => view.forgetful_index,
         };
-        let max_distance = self.max_distance;
-        let run = DirectionRun { max_distance, least_roughness, frame: drawn, ..Default::default() };
+        let max_distance = match self.max_distance {
+            0.0 if ambient != Vec3::ZERO => radius_of(scene.bounds()),
+            distance => distance,
+        };
+        let mirrored = f32::from(!self.leaves_mirrored);
+        let run = DirectionRun { max_distance, least_roughness, frame: drawn, ambient, mirrored, ..Default::default() };
         let mut is_first = 1;
         for chunk in &images.chunks {
             let of_chunk = shared.clone().with(&chunk.bindings(&images.frames));

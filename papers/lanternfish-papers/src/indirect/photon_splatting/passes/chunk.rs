@@ -18,7 +18,7 @@ use super::{
 const MOST_CHUNKS: u32 = 512;
 
 /// Inputs of the passes of one view.
-pub(super) struct Photons<'a> {
+pub(super) struct PhotonInputs<'a> {
     /// Bindings of the scene and the view.
     pub scene: Bindings<'a>,
     pub directions: &'a wgpu::Buffer,
@@ -56,7 +56,7 @@ impl PhotonPasses {
     pub(super) fn scatter(
         &mut self,
         frame: &mut Frame<'_>,
-        photons: &Photons<'_>,
+        photons: &PhotonInputs<'_>,
         parameters: &mut PhotonParameters,
         primaries: &wgpu::Buffer,
         next: Option<&wgpu::Buffer>,
@@ -70,7 +70,9 @@ impl PhotonPasses {
             .buffer("photon_counters", photons.counters.buffer());
         frame.dispatch(&self.prepare, &preparing, workgroups(count));
         // The mirror direction is added; for light from emissive triangles, the photon's own hit point too.
-        let has_arrivals = parameters.bounce == 0 && photons.lit.scene.has_emissive_triangles();
+        let has_arrivals = parameters.bounce == 0
+            && self.photons == super::Photons::Split
+            && photons.lit.scene.has_emissive_triangles();
         let directions = parameters.direction_count + 1 + u32::from(has_arrivals);
         let step = photons.capacity.directions;
         for first in (0..directions).step_by(step as usize) {
@@ -99,7 +101,7 @@ impl PhotonPasses {
     fn trace_chunk(
         &self,
         frame: &mut Frame<'_>,
-        photons: &Photons<'_>,
+        photons: &PhotonInputs<'_>,
         parameters: &PhotonParameters,
         uniform: &BufferPart,
         primaries: &wgpu::Buffer,
@@ -119,7 +121,7 @@ impl PhotonPasses {
     fn splat_chunk(
         &mut self,
         frame: &mut Frame<'_>,
-        photons: &Photons<'_>,
+        photons: &PhotonInputs<'_>,
         parameters: &PhotonParameters,
         uniform: &BufferPart,
         primaries: &wgpu::Buffer,
