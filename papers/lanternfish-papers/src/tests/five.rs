@@ -41,7 +41,7 @@ fn room() -> (Scene, Camera) {
         double_sided: true,
         ..Material::default()
     };
-    scene.materials.extend([metal(0.05), metal(0.4)]);
+    scene.materials.extend([metal(0.3), metal(0.4)]);
     let (across, up, along) = (0.45 * Vec3::X, 0.675 * Vec3::Y, 0.35 * Vec3::Z);
     scene.meshes[0].primitives.extend([
         quad(1, Vec3::new(0.98, 0.47, 0.2), 0.15 * Vec3::Z, 0.1 * Vec3::Y),
@@ -78,9 +78,13 @@ fn draw(gpu: &Gpu, scene: &Scene, cameras: &[Camera], changes: &[(&str, &str)]) 
 
 /// The path tracer's image, with paths of up to `max_depth` segments.
 fn trace(scene: &Scene, camera: &Camera, integrator: Integrator, max_depth: u32) -> Vec<Vec3> {
+    trace_of(scene, camera, integrator, max_depth, 256)
+}
+
+fn trace_of(scene: &Scene, camera: &Camera, integrator: Integrator, max_depth: u32, samples: u64) -> Vec<Vec3> {
     let settings = TracerSettings { integrator, max_depth, light_radius: RADIUS, ..TracerSettings::default() };
     let mut film = Film::new(SIZE).unwrap();
-    Tracer::new(scene, settings).unwrap().render(camera, &mut film, 256);
+    Tracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
     film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }
 
@@ -172,17 +176,23 @@ fn parts(gpu: &Gpu, scene: &Scene, camera: &Camera, has_metal: bool) -> Vec<(&'s
             .iter_mut()
             .filter(|material| material.metallic == 1.0)
             .for_each(|metal| *metal = light::matt(0.0));
-        let thrown = less(&one, &trace(&black, camera, Integrator::Path, 3));
-        let mean = light::mean(&thrown);
-        let is_thrown = |pixel: &Vec3| f64::from(pixel.element_sum()) / 3.0 > 2.0 * mean;
-        let is_caustic: Vec<bool> =
-            thrown.iter().zip(&is_lit).map(|(pixel, is_lit)| *is_lit && is_thrown(pixel)).collect();
-        let of_metal = |changes: &[(&str, &str)]| {
-            let without = draw(gpu, &black, std::slice::from_ref(camera), changes).radiance;
-            error(&less(&of(changes), &without), &thrown, &is_caustic)
+        let path = |scene| trace_of(scene, camera, Integrator::Path, 3, 4096);
+        let thrown = less(&path(scene), &path(&black));
+        // Pixels of the path tracer at the outline of metal show some of it.
+        let is_inside = |i: usize| {
+            let rows = [i.wrapping_sub(SIZE[0] as usize), i, i + SIZE[0] as usize];
+            rows.iter().all(|row| {
+                (row.wrapping_sub(1)..=row.wrapping_add(1)).all(|i| is_lit.get(i).is_none_or(|is_lit| *is_lit))
+            })
         };
-        let without = [("occlusion", "none"), ("caustics", "none")];
-        found.push(("caustic", [of_metal(&without[..1]), of_metal(&without)]));
+        let on_walls = |i: usize| if is_inside(i) { thrown[i] } else { Vec3::ZERO };
+        let on_walls: Vec<Vec3> = (0..thrown.len()).map(on_walls).collect();
+        let mean = light::mean(&on_walls);
+        let is_caustic: Vec<bool> =
+            on_walls.iter().map(|pixel| f64::from(pixel.element_sum()) / 3.0 > 2.0 * mean).collect();
+        let photons = less(&of(&[("indirect", "none"), ("occlusion", "none")]), &own_direct);
+        let none = vec![Vec3::ZERO; all.len()];
+        found.push(("caustic", [&photons, &none].map(|image| error(image, &thrown, &is_caustic))));
     }
     found
 }
