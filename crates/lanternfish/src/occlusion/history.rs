@@ -36,7 +36,7 @@ impl AccumulatedOcclusion {
         let lasts = settings.occlusion.update_frames(settings);
         let histories = Histories::new(
             device,
-            HistoryReset { lasts, counts: 0.0, deviations: 0.0, noise_of_mean: 0.0, restarts: false },
+            HistoryReset { lasts, counts: 0.0, deviations: 0.0, restarts: false },
             "indirect",
         )?;
         Ok(Self { passes, gather: kernel("gather"), spread: kernel("spread"), histories })

@@ -62,7 +62,7 @@ impl VisibilityRatios {
         };
         let histories = Histories::new(
             device,
-            HistoryReset { lasts, counts: 0.0, deviations: 0.0, noise_of_mean: 0.0, restarts: false },
+            HistoryReset { lasts, counts: 0.0, deviations: 0.0, restarts: false },
             "indirect",
         )?;
         Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))

@@ -18,7 +18,10 @@ use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer as PathTracer,
     settings::{Integrator, LightChoice},
 };
-use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, generate};
+use lanternfish_scene::{
+    AlphaMode, Camera, Light, LightKind, Material, Scene,
+    generate::{self, Rain},
+};
 
 use crate::support::{bits, counter, linear, quad, render};
 
@@ -170,6 +173,33 @@ fn gpu_sampled_light_of_every_kind_has_the_energy_of_all_lights(gpu: &Gpu) {
     ] {
         expect_energy_of_all(gpu, name, &scene, settings);
     }
+}
+
+/// Each frame of lights that fall has the light of a ray to every light: neither clamp nor history takes any.
+#[gpu_test]
+fn gpu_frames_of_moving_sampled_light_have_its_energy(gpu: &Gpu) {
+    let mut scene = cornell(0, point);
+    let rain = Rain::add(&mut scene, 200, Some(0.8), 3);
+    let settings = Settings::direct_light().with_history(History::On);
+    let mut images = [Direct::NONE, SampledLights::default().into()].map(|direct| {
+        let settings = settings.clone().with_direct(direct);
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut moving = scene.clone();
+        let frame = |i: u32| {
+            rain.fall(&mut moving.lights, i as f32 / 60.0);
+            renderer.update(&mut uploaded, &moving).unwrap();
+            linear(&renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap())
+        };
+        (0..10).map(frame).collect::<Vec<_>>().into_iter()
+    });
+    let [all, sampled] = &mut images;
+    let sum = |image: &RgbImage| energies(image).iter().sum::<f64>();
+    let ratios: Vec<f64> = sampled.zip(all).map(|(sampled, all)| sum(&sampled) / sum(&all)).collect();
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    println!("{ratios:.3?}, mean {mean:.3}");
+    // The noise of a frame, and of ten.
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05) && (mean - 1.0).abs() < 0.02, "{ratios:.3?}, {mean}");
 }
 
 /// The scene behind transparent glass.

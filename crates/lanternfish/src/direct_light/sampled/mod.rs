@@ -120,10 +120,9 @@ parameters! {
     }
 }
 
-/// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer,
-/// or light would flicker.
-const RESET_WINDOW: HistoryReset =
-    HistoryReset { lasts: 8, counts: 8.0, deviations: 1.0, noise_of_mean: 0.25, restarts: false };
+/// Lights may move in every frame. Estimates of few rays are often zero and seldom large: a clamp to those of the
+/// neighbourhood would darken moving light. The history is not clamped but short: the mean of two frames.
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: 8, counts: 1.0, deviations: -1.0, restarts: false };
 /// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.
 const FILTER_RADIUS: u32 = 8;
 /// Candidates for each ray. More: fewer rays to lights that contribute little, slower.
