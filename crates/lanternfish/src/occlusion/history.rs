@@ -34,11 +34,8 @@ impl AccumulatedOcclusion {
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
         // Occluders move at once, except in structures that take several frames to update.
         let lasts = settings.occlusion.update_frames(settings);
-        let histories = Histories::new(
-            device,
-            HistoryReset { lasts, counts: 0.0, deviations: 0.0, noise_of_mean: 0.0, restarts: false },
-            "indirect",
-        )?;
+        let histories =
+            Histories::new(device, HistoryReset { lasts, counts: 0.0, deviations: 0.0, restarts: false }, "indirect")?;
         Ok(Self { passes, gather: kernel("gather"), spread: kernel("spread"), histories })
     }
 }

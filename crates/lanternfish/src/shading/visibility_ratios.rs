@@ -60,11 +60,8 @@ impl VisibilityRatios {
             Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
         };
-        let histories = Histories::new(
-            device,
-            HistoryReset { lasts, counts: 0.0, deviations: 0.0, noise_of_mean: 0.0, restarts: false },
-            "indirect",
-        )?;
+        let histories =
+            Histories::new(device, HistoryReset { lasts, counts: 0.0, deviations: 0.0, restarts: false }, "indirect")?;
         Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))
     }
 

@@ -18,7 +18,10 @@ use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer as PathTracer,
     settings::{Integrator, LightChoice},
 };
-use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, generate};
+use lanternfish_scene::{
+    AlphaMode, Bounds, Camera, Light, LightKind, Material, Scene,
+    generate::{self, Rain},
+};
 
 use crate::support::{bits, counter, linear, quad, render};
 
@@ -130,10 +133,10 @@ fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
     let uploaded = renderer.upload(&scene).unwrap();
     let view = [ViewRequest::of_camera(0, &scene.cameras[0], [EDGE, EDGE], Target::Own)];
     let right = linear(&renderer.render(&uploaded, &scene.cameras[0], [EDGE, EDGE]).unwrap());
-    let [text, by] = ["= chance * found.chances[i];", "= 1.05 * chance * found.chances[i];"];
-    let source = include_str!("../../src/direct_light/sampled/trace.wesl");
+    let [text, by] = ["chance * candidate.chance", "1.05 * chance * candidate.chance"];
+    let source = include_str!("../../src/direct_light/sampled/choice.wesl");
     assert!(source.contains(text));
-    let texts = BTreeMap::from([("direct_light/sampled/trace".to_owned(), source.replace(text, by))]);
+    let texts = BTreeMap::from([("direct_light/sampled/choice".to_owned(), source.replace(text, by))]);
     renderer.edit_shaders(texts, &uploaded, &view).unwrap();
     let edited = linear(&renderer.render(&uploaded, &scene.cameras[0], [EDGE, EDGE]).unwrap());
     assert!((energy(&edited, &right) - 1.0).abs() > 0.03, "{}", energy(&edited, &right));
@@ -170,6 +173,80 @@ fn gpu_sampled_light_of_every_kind_has_the_energy_of_all_lights(gpu: &Gpu) {
     ] {
         expect_energy_of_all(gpu, name, &scene, settings);
     }
+}
+
+/// Each frame of lights that fall has the light of a ray to every light: neither clamp nor history takes any.
+#[gpu_test]
+fn gpu_frames_of_moving_sampled_light_have_its_energy(gpu: &Gpu) {
+    let mut scene = cornell(0, point);
+    let rain = Rain::add(&mut scene, 200, Some(0.8), 3);
+    let settings = Settings::direct_light().with_history(History::On);
+    let mut images = [Direct::NONE, SampledLights::default().into()].map(|direct| {
+        let settings = settings.clone().with_direct(direct);
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut moving = scene.clone();
+        let frame = |i: u32| {
+            rain.fall(&mut moving.lights, i as f32 / 60.0);
+            renderer.update(&mut uploaded, &moving).unwrap();
+            linear(&renderer.render(&uploaded, &scene.cameras[0], SIZE.into()).unwrap())
+        };
+        (0..10).map(frame).collect::<Vec<_>>().into_iter()
+    });
+    let [all, sampled] = &mut images;
+    let sum = |image: &RgbImage| energies(image).iter().sum::<f64>();
+    let ratios: Vec<f64> = sampled.zip(all).map(|(sampled, all)| sum(&sampled) / sum(&all)).collect();
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    println!("{ratios:.3?}, mean {mean:.3}");
+    // The noise of a frame, and of ten.
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05) && (mean - 1.0).abs() < 0.02, "{ratios:.3?}, {mean}");
+}
+
+/// Squared differences of the relative errors of neighbouring pixels where the reference is smooth: mean of those
+/// across edges of tiles of 8 × 8 over that within tiles.
+fn squares(image: &RgbImage, reference: &RgbImage) -> f64 {
+    let brightness =
+        |image: &RgbImage| -> Vec<f64> { image.pixels.iter().map(|p| p.iter().sum::<f32>().into()).collect() };
+    let [image, reference] = [image, reference].map(brightness);
+    let mean = reference.iter().sum::<f64>() / reference.len() as f64;
+    let error: Vec<f64> = image.iter().zip(&reference).map(|(a, b)| (a - b) / (b + 0.1 * mean)).collect();
+    let width = error.len().isqrt();
+    let mut sums = [[0.0; 2]; 2];
+    for (line, at) in (0..width).flat_map(|line| (1..width).map(move |at| (line, at))) {
+        for (a, b) in [(line * width + at, line * width + at - 1), (at * width + line, (at - 1) * width + line)] {
+            let step = (reference[a] - reference[b]).abs();
+            if step <= 0.1 * (reference[a] + reference[b] + 0.02 * mean) {
+                let [sum, count] = &mut sums[usize::from(at % 8 != 0)];
+                *sum += (error[a] - error[b]).powi(2);
+                *count += 1.0;
+            }
+        }
+    }
+    let [across, within] = sums.map(|[sum, count]| sum / count);
+    across / within
+}
+
+/// No tile lacks a lamp beside a wall that its neighbours have: filtered noise does not show tiles.
+#[gpu_test]
+fn gpu_lamps_beside_walls_show_no_tiles(gpu: &Gpu) {
+    let mut scene = cornell(0, point);
+    let bounds = Bounds { min: Vec3::new(-0.9, 0.1, -0.9), max: Vec3::new(0.9, 1.9, 0.9) };
+    scene.lights = generate::random_lights(&bounds, 200, 1.0, 7);
+    let of = |direct: Direct| {
+        let settings = Settings::direct_light().with_direct(direct);
+        linear(&render(gpu, &scene, &scene.cameras[0], (96, 96), settings))
+    };
+    let [all, sampled] = [Direct::NONE, SampledLights::default().into()].map(of);
+    let visible = squares(&sampled, &all);
+    println!("differences across edges of tiles {visible:.2} of those within");
+    assert!(visible < 1.5, "{visible}");
+    // Check that the test can fail: every second tile is a tenth darker.
+    let mut tiled = sampled;
+    for (i, pixel) in tiled.pixels.iter_mut().enumerate() {
+        let is_dark = (i % 96 / 8 + i / 96 / 8).is_multiple_of(2);
+        *pixel = pixel.map(|value| if is_dark { 0.9 * value } else { value });
+    }
+    assert!(squares(&tiled, &all) > 2.0, "{}", squares(&tiled, &all));
 }
 
 /// The scene behind transparent glass.

@@ -45,17 +45,9 @@ gpu_struct! {
         clamped_frames: f32,
         /// Of these, the frames over which the image is averaged in any case.
         requested_frames: f32,
-        /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
+        /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations;
+        /// below 0: the history is not clamped.
         reset_deviations: f32,
-        /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to
-        /// the pixel's own estimate. 0: always the mean.
-        noise_of_mean: f32,
-        /// Unused.
-        _pad: u32,
-        /// Unused.
-        _pad_2: u32,
-        /// Unused.
-        _pad_3: u32,
     }
 }
 
@@ -77,11 +69,8 @@ pub(crate) struct HistoryReset {
     /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
     /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations.
-    /// More: less noise, more lag.
+    /// More: less noise, more lag. Below 0: the history is not clamped.
     pub deviations: f32,
-    /// Relative noise at and above which the history is clamped around the neighbourhood's mean; below, nearer to the
-    /// pixel's own estimate. 0: always the mean.
-    pub noise_of_mean: f32,
     /// After a single change, the history has the frames since then, and only its first is clamped to `deviations`.
     pub restarts: bool,
 }
@@ -182,8 +171,6 @@ impl Histories {
             clamped_frames,
             requested_frames,
             reset_deviations,
-            noise_of_mean: self.reset.noise_of_mean,
-            ..Default::default()
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings = bindings

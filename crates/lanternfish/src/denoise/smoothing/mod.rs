@@ -149,8 +149,7 @@ pub const CLAMP: ParameterInfo = ParameterInfo::new(
 );
 
 /// Indirect light goes on changing for some frames after a change of the scene.
-const RESET_WINDOW: HistoryReset =
-    HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25, noise_of_mean: 0.0, restarts: true };
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: RESET_FRAMES, counts: 4.0, deviations: 0.25, restarts: true };
 /// Pixels of filter radius per tile of redistribution radius. Fewer: less noise, and light farther from its correct
 /// position.
 const REDISTRIBUTE: u32 = 2;

@@ -1,8 +1,9 @@
 //! Direct light from a fixed number of shadow rays a pixel, for any number of lights.
 //!
-//! 1. Each pixel draws candidates from the light trees (`candidates.wesl`), chooses some by their unshadowed light
-//!    (`selection.wesl`), and traces a ray to each (`trace.wesl`).
-//! 2. Noisy light is clamped, accumulated and filtered ([`Smoothing`]).
+//! 1. Each tile lists the emitters that may light it, from the light trees (`emitter_list.wesl`).
+//! 2. Each pixel chooses some of them by their unshadowed light (`choice.wesl`), and traces a ray to each
+//!    (`trace.wesl`).
+//! 3. Noisy light is clamped, accumulated and filtered ([`Smoothing`]).
 
 #[cfg(test)]
 mod tests;
@@ -29,7 +30,7 @@ use crate::{
     technique::{Parameter, Range, Technique},
 };
 
-/// Tiles of pixels walk the upper part of the light trees together.
+/// Tiles of pixels list their emitters together.
 pub(crate) const TILES: Feature = Feature::new("tiles");
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
@@ -43,7 +44,7 @@ gpu_struct! {
     pub struct DirectSampling {
         /// Shadow rays a pixel at most.
         light_samples: u32,
-        /// Candidates a pixel at most.
+        /// Candidates that a pixel draws at most, from trees that are not whole in its tile's list.
         candidates: u32,
         /// Index of the frame in the sequences of a pixel's random numbers.
         frame: u32,
@@ -120,15 +121,14 @@ parameters! {
     }
 }
 
-/// Lights may move in every frame: the history is then clamped more loosely than that of indirect light, and is longer,
-/// or light would flicker.
-const RESET_WINDOW: HistoryReset =
-    HistoryReset { lasts: 8, counts: 8.0, deviations: 1.0, noise_of_mean: 0.25, restarts: false };
+/// Lights may move in every frame. Estimates of few rays are often zero and seldom large: a clamp to those of the
+/// neighbourhood would darken moving light. The history is not clamped but short: the mean of two frames.
+const RESET_WINDOW: HistoryReset = HistoryReset { lasts: 8, counts: 1.0, deviations: -1.0, restarts: false };
 /// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.
 const FILTER_RADIUS: u32 = 8;
-/// Candidates for each ray. More: fewer rays to lights that contribute little, slower.
+/// Drawn candidates for each ray. More: fewer rays to lights that contribute little, slower.
 const CANDIDATES_A_RAY: u32 = 4;
-/// Least number of candidates, and the length of the shader's list: `MOST_CANDIDATES`.
+/// Least and greatest number of drawn candidates.
 const CANDIDATES: [u32; 2] = [8, 32];
 
 impl Technique for SampledLights {
@@ -255,7 +255,7 @@ impl DirectPasses for SampledPasses {
         let ViewContext { scene, buffer, .. } = view;
         let samples = self.parameters(frame, view);
         let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
-        let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/candidates"])?;
+        let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/listed"])?;
         let bindings =
             buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
         let bindings = bindings

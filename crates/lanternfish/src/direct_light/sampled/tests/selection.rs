@@ -9,7 +9,7 @@ use crate::testing::{Random, edited_library, library, probe_of};
 
 use super::super::{DirectSampling, TILES};
 
-/// Length of the shader's list, and vectors of a query and of an answer of the probe.
+/// Most candidates, and vectors of a query and of an answer of the probe.
 const MOST: usize = 36;
 const QUERY: usize = 10;
 const ANSWER: usize = 9;
@@ -187,8 +187,9 @@ fn gpu_candidates_are_selected_by_their_weights(gpu: &Gpu) {
         ("chance = weight / (*selection).threshold;", "chance = min(1.05 * weight / (*selection).threshold, 1.0);"),
         ("return chance;\n", "return 1.05 * chance;\n"),
         ("(*selection).place += chance;", "(*selection).place += 0.95 * chance;"),
-        ("let next = others / f32(light_samples - always);", "let next = 0.95 * others / f32(light_samples - always);"),
-        ("if always >= light_samples { break; }", "if always >= light_samples { threshold = others; break; }"),
+        ("let c = sum / f32(light_samples + 1u - left);", "let c = 0.95 * sum / f32(light_samples + 1u - left);"),
+        ("weights.rest + min(next.w, weight)", "weights.rest + weight"),
+        ("min(vec4f(largest.w, next.xyz), vec4f(weight))", "min(next, vec4f(weight))"),
     ] {
         let found = fault(gpu, &edited_library(module, text, by));
         println!("{by}: {found:?}");
