@@ -126,11 +126,7 @@ enum Bench {
     /// one frame and of the mean of many.
     #[command(mut_arg("size", |size| size.default_value("320x180")))]
     Direct(Box<direct::DirectArgs>),
-    /// Techniques of indirect light for frames in motion: price, rightness, leaks, motion.
-    ///
-    /// Price: rays a pixel by count, and times of all passes of indirect light. Rightness: energy of indirect light
-    /// alone and FLIP of a frame at rest against the path tracer. Leaks: two closed rooms of which one is dark. Motion:
-    /// errors along a walk, flicker, a light that goes out, and an object that moves.
+    /// Techniques of indirect light for frames in motion: errors along a walk, flicker, and times of their passes.
     ///
     /// Scenes are shots of `quality`. The path tracer's images are stored in the folder and reused: the first run takes
     /// minutes.

@@ -2,6 +2,7 @@
 //! follows a lamp.
 
 mod repeat;
+mod rooms;
 mod step_response;
 
 use std::time::Instant;

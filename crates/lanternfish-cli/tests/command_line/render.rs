@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use lanternfish_metrics::{RgbImage, read_exr, write_exr};
+use lanternfish_metrics::read_exr;
 use serde_json::Value;
 
 use crate::support::{Folder, Ran};
@@ -180,135 +180,6 @@ fn gpu_a_hidden_background_gives_files_alpha() {
     assert_eq!((color_type("--background white -o c.png"), folder.png("c.png").pixels[0]), (2, [1.0; 3]));
     assert!(!has_alpha("-o a.exr") && has_alpha("--background #010203 -o c.exr"));
     assert!(has_alpha("--background transparent -o b.exr") && folder.exr("b.exr").pixels[0] == [0.0; 3]);
-}
-
-#[test]
-#[ignore = "full"]
-fn gpu_empty_scenes_render() {
-    let folder = Folder::with(&[("empty.gltf", r#"{ "asset": { "version": "2.0" } }"#)]);
-    let ran = folder.render("empty.gltf --sky 0.25,0.5,1 -o sky.exr");
-    // Regression: the note said that the scene was dark, although its sky is not.
-    let note = "note: the scene has no geometry: only its environment is visible\n";
-    assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("sky.exr\n", note));
-    let sky = folder.exr("sky.exr");
-    assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
-
-    // Two columns: the view ahead is their mean; rotated by a quarter to the left, it is the right one.
-    let pixels = vec![[1.0, 0.0, 4.0], [0.0, 2.0, 0.0]];
-    write_exr(&folder.path("env.exr"), &RgbImage::new(2, 1, pixels).unwrap()).unwrap();
-    for (words, expected) in
-        [("", [0.5, 1.0, 2.0]), ("--environment-rotation 90 --environment-scale 0.5", [0.0, 1.0, 0.0])]
-    {
-        let view = "--environment env.exr --sky 9,9,9 --fov-y 0.1 --eye 0,0,0 --target 0,0,-1";
-        folder.render(&format!("empty.gltf {view} -o a.exr {words}"));
-        let actual = folder.exr("a.exr").pixels[16 * 48 + 24];
-        let is_near = actual.iter().zip(expected).all(|(actual, expected)| (actual - expected).abs() < 0.01);
-        assert!(is_near, "{actual:?}, not {expected:?}");
-    }
-    assert_eq!(folder.render("empty.gltf --lights rain:10 --culling all --quiet -o rain.png").stderr, "");
-}
-
-/// A cube of 2 m whose faces point outwards or inwards.
-fn cube(inwards: bool) -> String {
-    let corners = (0..8).map(|i| format!("v {} {} {}\n", 2 * (i & 1) - 1, (i & 2) - 1, (i >> 1 & 2) - 1));
-    let faces = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
-    let face = |[a, b, c, d]: [u32; 4]| match inwards {
-        false => format!("f {a} {b} {c} {d}\n"),
-        true => format!("f {d} {c} {b} {a}\n"),
-    };
-    corners.chain(faces.map(face)).collect()
-}
-
-/// Mean of all channels in the middle of the image and in its upper right corner.
-fn middle_and_corner(path: &Path) -> (f32, f32) {
-    let rendering = read_exr(path).unwrap();
-    let mean = |x: usize, y: usize| {
-        let block = (0..16).map(|i| rendering.pixels[(y + i / 4) * rendering.width + x + i % 4]);
-        block.flatten().sum::<f32>() / 48.0
-    };
-    (mean(22, 14), mean(44, 0))
-}
-
-#[test]
-#[ignore = "full"]
-fn gpu_a_file_without_light_is_lit() {
-    let folder = Folder::with(&[("cube.obj", &cube(false)), ("room.obj", &cube(true))]);
-    let seen = |scene: &str, words: &str| {
-        let stderr = folder.render(&format!("{scene} {words} -o a.exr")).stderr;
-        (middle_and_corner(&folder.path("a.exr")), stderr)
-    };
-    // Regression: the image was black, with a hint whose sun shone from behind.
-    let ((cube, backdrop), stderr) = seen("cube.obj", "");
-    assert!(stderr.starts_with("note: ") && stderr.contains("studio") && stderr.contains("--light-rig"), "{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
-    assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{cube} before {backdrop}");
-    let ((cube, backdrop), stderr) = seen("cube.obj", "--view back --quiet");
-    assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{cube} before {backdrop}");
-    assert_eq!(stderr, "");
-    // An environment that reaches no surface does not count as light.
-    let ((cube, sky), stderr) = seen("cube.obj", "--indirect none");
-    assert!(stderr.contains("built-in sun") && (0.2..1.2).contains(&cube) && sky > 0.2, "{stderr}{cube} {sky}");
-
-    let (dark, stderr) = seen("cube.obj", "--light-rig none");
-    assert!(dark == (0.0, 0.0) && stderr.contains("little or no light"), "{dark:?} {stderr}");
-    let sun = stderr.split_whitespace().skip_while(|word| *word != "--sun").nth(1).expect("a sun is suggested");
-    let ((cube, black), stderr) = seen("cube.obj", &format!("--sun {sun}"));
-    assert!(cube > 0.2 && black == 0.0 && stderr.is_empty(), "{sun}: {cube}, {black}, {stderr}");
-
-    let ((walls, _), stderr) = seen("room.obj", "");
-    assert!(stderr.contains("closed interior") && stderr.contains("--eye") && stderr.contains("studio"), "{stderr}");
-    assert!(walls > 0.1, "the rig lights a closed interior: {walls}");
-}
-
-#[test]
-#[ignore = "full"]
-fn gpu_an_object_beside_a_weak_light_gets_a_dim_studio() {
-    let folder = Folder::new();
-    // A square of 4 m, 2 m in front of a spot light that lights a disk on it.
-    let corners: [[f32; 3]; 4] = [[-2.0, -2.0, -2.0], [2.0, -2.0, -2.0], [-2.0, 2.0, -2.0], [2.0, 2.0, -2.0]];
-    let mut bytes: Vec<u8> = corners.into_iter().flatten().flat_map(f32::to_le_bytes).collect();
-    bytes.extend([0_u16, 1, 2, 2, 1, 3].into_iter().flat_map(u16::to_le_bytes));
-    folder.write("square.bin", bytes);
-    let text = |outer: f32| {
-        format!(
-            r#"{{ "asset": {{ "version": "2.0" }}, "extensionsUsed": ["KHR_lights_punctual"],
-            "extensions": {{ "KHR_lights_punctual": {{ "lights": [
-                {{ "type": "spot", "intensity": 4, "spot": {{ "outerConeAngle": {outer} }} }} ] }} }},
-            "scenes": [ {{ "nodes": [0, 1] }} ],
-            "nodes": [ {{ "mesh": 0 }}, {{ "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }} ],
-            "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "indices": 1 }} ] }} ],
-            "buffers": [ {{ "uri": "square.bin", "byteLength": 60 }} ],
-            "bufferViews": [ {{ "buffer": 0, "byteLength": 48 }}, {{ "buffer": 0, "byteOffset": 48, "byteLength": 12 }} ],
-            "accessors": [ {{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }},
-                {{ "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" }} ] }}"#
-        )
-    };
-    folder.write("night.gltf", text(0.1));
-    folder.write("lit.gltf", text(1.2));
-    // Fraction of the image that is black, and the note about added light.
-    let seen = |scene: &str, words: &str| {
-        let stderr = folder.render(&format!("{scene} {words} -o a.png")).stderr;
-        let pixels = folder.png("a.png").pixels;
-        let black = pixels.iter().filter(|pixel| pixel.iter().all(|value| *value < 0.005)).count();
-        let said = stderr.lines().find(|line| line.contains("most of the image black")).map(str::to_owned);
-        (black as f64 / pixels.len() as f64, said)
-    };
-    let (black, said) = seen("night.gltf", "");
-    let said = said.expect("a studio was added");
-    assert!(black < 0.1, "{black}");
-    let first = folder.read("a.png");
-    let (_, flags) = said.split_once("added (").expect("flags are named");
-    let (flags, _) = flags.split_once(" repeats it").expect("flags are named");
-    assert_eq!(seen("night.gltf", flags).1, None);
-    assert_eq!(folder.read("a.png"), first, "{flags} repeats the image");
-    // Flags that set the light prevent it.
-    for words in ["--light-rig none", "--exposure 0"] {
-        let (black, said) = seen("night.gltf", words);
-        assert!(black > 0.8 && said.is_none(), "{words}: {black} {said:?}");
-    }
-    // A lit object in front of nothing is black on black, too.
-    let (black, said) = seen("lit.gltf", "");
-    assert!(black < 0.1 && said.is_some(), "{black} {said:?}");
 }
 
 /// The image is there already, so nothing is rendered.

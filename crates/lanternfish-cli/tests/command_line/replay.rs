@@ -38,36 +38,6 @@ fn report(folder: &Folder, name: &str, words: &str) -> Value {
     folder.json(&format!("{name}/report.json"))
 }
 
-#[test]
-#[ignore = "full"]
-fn gpu_two_replays_have_equal_counters_and_images() {
-    let folder = Folder::with(&[("walk.toml", SHOT)]);
-    let [first, second] = ["first", "second"].map(|name| report(&folder, name, "--runs 2"));
-    assert_eq!(first["frames"], second["frames"]);
-    assert_eq!(folder.read("first/counts.csv"), folder.read("second/counts.csv"));
-    // Every frame differs, because camera and rain move; and has statistics of its clusters.
-    let frames = first["frames"].as_array().unwrap();
-    let images: std::collections::BTreeSet<_> = frames.iter().map(|frame| frame["image"].as_str().unwrap()).collect();
-    assert_eq!((frames.len(), images.len()), (4, 4));
-    for frame in frames {
-        let count = |name: &str| frame["clusters"][name].as_u64();
-        assert!(count("visible") > Some(0) && count("lighting_operations") > Some(0), "{frame}");
-    }
-    // Every run has every frame, with passes that took time.
-    let passes = first["passes"].as_array().unwrap();
-    assert!(passes.iter().any(|pass| pass["name"] == "shading/forward" && pass["category"] == "shading"), "{passes:?}");
-    for pass in passes.iter().chain(first["host"].as_array().unwrap()) {
-        let runs = pass["samples"].as_array().unwrap();
-        assert!(runs.len() == 2 && runs.iter().all(|run| run.as_array().unwrap().len() == 4), "{pass}");
-    }
-
-    // In turn with the shaders of this source tree, which are the built-in ones.
-    let shaders = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish/src");
-    let pair = replay(&folder, &format!("--runs 2 --frames 2 --pair {shaders} --culling=clustered")).succeeded().stdout;
-    assert!(pair.contains("\nall passes ") && pair.contains("medians of 2 pairs of runs"), "{pair}");
-    assert!(pair.ends_with("\n0 of 2 images differ\n"), "{pair}");
-}
-
 /// A recording of five steps as `view --record` writes it: three moves forwards, then a look to the right.
 const RECORDED: &str = r#"
 recording = 1

@@ -107,35 +107,6 @@ fn gpu_frames_do_not_depend_on_other_frames() {
     assert!(ran.stderr.contains("--time SECONDS or --frames A-B"), "{ran:?}");
 }
 
-#[test]
-#[ignore = "full"]
-fn gpu_a_still_is_the_frame_of_its_time() {
-    let folder = walk();
-    // Techniques that carry state from frame to frame.
-    for technique in [
-        "",
-        "--indirect virtual-lights",
-        "--indirect photon-splatting --photon-count 256",
-        "--accumulate 2 --occlusion deep",
-    ] {
-        folder.done(&format!("render walk.toml {technique} --frames 7-8 --fps 12 --exposure 1 -o out/a.exr"));
-        folder.done(&format!("render walk.toml {technique} --time 0.6666667 --exposure 1 -o out/b.exr"));
-        assert!(folder.read("out/a.0008.exr") == folder.read("out/b.exr"), "{technique}");
-        assert!(
-            folder.read("out/a.0007.exr") != folder.read("out/b.exr"),
-            "{technique}: blind to a twelfth of a second"
-        );
-    }
-    // Without a track: frame 0 is at 0 s, as an image without a time is, and frame 1 is a still's where nothing moves.
-    for lights in ["", "--lights rain:20"] {
-        let render = |words: &str| folder.render(&format!("demo:cornell --indirect none {lights} {words}"));
-        render("--frames 0-1 -o out/c.exr");
-        render("-o out/d.exr");
-        let [zeroth, first, still] = ["c.0000", "c.0001", "d"].map(|name| folder.read(&format!("out/{name}.exr")));
-        assert!(zeroth == still && (first == still) == lights.is_empty(), "{lights}");
-    }
-}
-
 /// With history a frame depends on those that the same run rendered before it, and its file says how many these were.
 #[test]
 #[ignore = "full"]

@@ -1,9 +1,9 @@
 //! Light paths do not change the mean, and reduce noise.
 
-use glam::{Vec3, Vec4};
-use lanternfish_scene::{AlphaMode, Light, LightKind, Material, Scene};
+use glam::Vec3;
+use lanternfish_scene::{Light, Material, Scene};
 
-use super::{front, material, mean_and_error, quad, render, scene_of, sphere};
+use super::{front, material, mean_and_error, quad, render, scene_of};
 use crate::{Settings, settings::LightPaths};
 
 /// Samples of a pixel.
@@ -96,60 +96,4 @@ fn facing_walls_far_from_the_origin_light_each_other() {
     let ((all, error), (direct, _)) = (of(4), of(2));
     println!("{:.5} ± {error:.5} far, {:.5} near", all - direct, near.0);
     assert!((all - direct - near.0).abs() < 4.0 * error.hypot(near.1) && error < 0.01 * near.0);
-}
-
-#[test]
-#[ignore = "full"]
-fn light_paths_do_not_change_the_mean() {
-    let spot = Light {
-        kind: LightKind::Spot { inner_angle: 0.3, outer_angle: 0.9 },
-        direction: Vec3::new(-1.0, 0.2, -0.3).normalize(),
-        position: Vec3::new(-0.5, 0.1, 0.8),
-        ..lamp()
-    };
-    compare("a spot light", &corner([matt(), matt()], spot), 4, 0.02);
-    let coated = Material { clearcoat: 1.0, clearcoat_roughness: 0.4, ..material(Vec3::splat(0.8), 0.5, 0.4) };
-    let lamp = || Light { position: Vec3::new(-0.6, 0.1, 0.8), ..lamp() };
-    compare("coated metal", &corner([coated.clone(), coated], lamp()), 4, 0.04);
-
-    // Surfaces that occlude the light and the wall's reflection.
-    let between = |material: Material| {
-        let mut scene = corner([matt(), matt()], lamp());
-        scene.materials.push(material);
-        for place in [Vec3::new(-0.8, 0.0, 0.8), Vec3::new(-0.4, 0.0, 0.6)] {
-            scene.meshes[0].primitives.push(quad(2, place, 0.3 * Vec3::Y, 0.3 * Vec3::Z));
-        }
-        scene
-    };
-    let alpha = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..matt() };
-    compare("transparent", &between(Material { base_color: Vec4::new(0.8, 0.4, 0.2, 0.5), ..alpha.clone() }), 5, 0.02);
-    // Without specular reflection, which would be a tiny bright highlight.
-    let thin_dielectric = Material {
-        transmission: 1.0,
-        specular: 0.0,
-        double_sided: true,
-        ..material(Vec3::new(0.9, 0.7, 0.5), 0.0, 0.0)
-    };
-    compare("a thin dielectric", &between(thin_dielectric), 5, 0.04);
-
-    // Rough glass with light transport inside it.
-    let glass = Material {
-        transmission: 1.0,
-        ior: 1.5,
-        thickness: 1.0,
-        attenuation_distance: 0.5,
-        attenuation_color: Vec3::new(0.5, 0.7, 0.9),
-        ..material(Vec3::ONE, 0.0, 0.7)
-    };
-    let lamps = vec![Light::point(Vec3::new(0.0, 0.3, -0.75), Vec3::ONE), Light::point(Vec3::ZERO, Vec3::splat(0.3))];
-    let ball = Scene { lights: lamps, ..scene_of(vec![sphere(0, 0.7, 12)], vec![glass]) };
-    compare("a ball of glass", &ball, 4, 0.06);
-
-    // All kinds of lights together, with and without light paths.
-    let mut many = corner([matt(), Material { emissive: Vec3::splat(0.2), ..matt() }], lamp());
-    many.sky = Vec3::splat(0.1);
-    many.lights.splice(0..0, [Light::directional(Vec3::new(0.3, 0.2, -1.0), Vec3::splat(0.2))]);
-    many.lights.push(Light::rectangle(Vec3::new(0.5, 0.5, 1.0), Vec3::NEG_Z, Vec3::X, [0.3, 0.2], Vec3::ONE));
-    many.lights.push(Light::point(Vec3::new(0.6, -0.5, 0.7), Vec3::splat(0.5)));
-    compare("lights of every kind", &many, 4, 0.02);
 }

@@ -52,7 +52,7 @@ pub fn run(args: &DirectArgs) -> Result<(), CliError> {
     if let Some(other) =
         args.only.iter().find(|only| !["price", "frame"].iter().any(|name| name.contains(only.as_str())))
     {
-        let hint = "there are price and frame; `lanternfish-bench probes --only motion` measures a walk";
+        let hint = "there are price and frame; `lanternfish-bench probes` measures a walk";
         return Err(CliError::new(format_args!("{other}: there is no such table"), hint));
     }
     let bench = Bench::start(&args.run, "direct", "Direct light", Some(&args.subject.scene))?;

@@ -1,22 +1,12 @@
-//! `lanternfish-bench probes`: techniques of indirect light for frames in motion, side by side.
-//!
-//! 1. [`price`]: rays a pixel by count, and times by pass, of frames with a warm radiance cache.
-//! 2. [`right`]: energy of indirect light alone and FLIP of a frame at rest, against the path tracer.
-//! 3. [`leaks`]: light in a dark room beside a lit one.
-//! 4. [`motion`]: a walk with references of its own, flicker, a light that goes out, an object that moves.
+//! `lanternfish-bench probes`: techniques of indirect light along a walk with references of its own.
 
-mod changes;
-mod leaks;
 mod motion;
-mod price;
-mod right;
-pub mod rooms;
 mod sheet;
 mod views;
 
 use std::path::PathBuf;
 
-use clap::{Args, builder::PossibleValuesParser};
+use clap::Args;
 use lanternfish::{
     RenderedImage,
     settings::{History, Quality, Settings},
@@ -25,7 +15,7 @@ use lanternfish::{
 use lanternfish_cli::{
     error::CliError,
     parse::{self, Size},
-    times::{counter, ms_of},
+    times::ms_of,
 };
 
 use crate::{
@@ -35,17 +25,12 @@ use crate::{
     view::View,
 };
 
-const PARTS: [&str; 4] = ["price", "right", "leaks", "motion"];
-
 /// Flags of `probes`.
 #[derive(Debug, Args)]
 pub struct ProbesArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// Measure only this part. Repeatable.
-    #[arg(long, value_name = "PART", value_parser = PossibleValuesParser::new(PARTS))]
-    only: Vec<String>,
-    /// Measure only scenes whose name contains these words; motion: the first of them. Repeatable.
+    /// Measure the first scene whose name contains these words. Repeatable.
     #[arg(long = "scene", value_name = "WORDS")]
     scenes: Vec<String>,
     /// Measure only techniques whose name contains these words. Repeatable.
@@ -57,9 +42,6 @@ pub struct ProbesArgs {
     /// Another size of every image, pixels; scenes that are not as wide keep their shape.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
     size: Option<Size>,
-    /// Frames of a view at rest before the measured one.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    warm: u32,
     /// Frames of the walk. Default: 120.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=4096))]
     frames: Option<u32>,
@@ -97,7 +79,7 @@ fn case(look: &Settings, name: &str) -> Case {
     Case::new(name, settings)
 }
 
-/// Inputs of all parts.
+/// Inputs of the tables.
 struct InMotion<'a> {
     bench: Bench,
     args: &'a ProbesArgs,
@@ -125,19 +107,11 @@ pub fn run(args: &ProbesArgs) -> Result<(), CliError> {
         spp: args.spp.unwrap_or(quick(64, 16).into()),
         reference_rays: args.reference_rays.unwrap_or(quick(128, 8)),
     };
-    of.bench.facts(Row::default().data("warm_frames", args.warm).data("spp", of.spp));
-    of.bench.report().introduction(
-        &format!("Frames alone, not means of frames; {} frames at rest before a measured one", args.warm),
-        &format!("least of {} runs, device time", args.run.runs),
-    );
-    for part in PARTS.into_iter().filter(|part| args.only.is_empty() || args.only.iter().any(|only| only == part)) {
-        match part {
-            "price" => of.prices()?,
-            "right" => of.right()?,
-            "leaks" => of.leaks()?,
-            _ => of.motion()?,
-        }
-    }
+    of.bench.facts(Row::default().data("spp", of.spp));
+    of.bench
+        .report()
+        .introduction("Frames alone, not means of frames", &format!("least of {} runs, device time", args.run.runs));
+    of.motion()?;
     of.bench.report_seconds();
     of.bench.list_left_out();
     of.bench.finish()
@@ -152,12 +126,8 @@ struct Cost {
     frame_ms: f64,
 }
 
-/// Beginnings of the labels of indirect light's passes and counters.
+/// Beginnings of the labels of indirect light's passes.
 const INDIRECT: [&str; 2] = ["indirect/", "radiance_cache/"];
-
-fn is_indirect(name: &str) -> bool {
-    INDIRECT.iter().any(|start| name.starts_with(start))
-}
 
 impl Cost {
     fn of(image: &RenderedImage) -> Self {
@@ -165,13 +135,6 @@ impl Cost {
         let indirect_ms = INDIRECT.iter().map(|start| ms_of(passes, start)).sum();
         Self { indirect_ms, frame_ms: ms_of(passes, "") }
     }
-}
-
-/// Rays of a frame's indirect light: every counter of rays, and a ray for each sample of the radiance cache.
-fn rays(image: &RenderedImage) -> u64 {
-    let counters = image.report.counters.iter();
-    let rays = counters.filter(|(name, _)| is_indirect(name) && name.ends_with("rays")).map(|(_, count)| count);
-    rays.sum::<u64>() + counter(&image.report, "radiance_cache/samples")
 }
 
 /// True if every frame is a first one, whatever came before: there is no history.
@@ -188,23 +151,6 @@ impl InMotion<'_> {
     /// No indirect light, and the compared techniques.
     fn with_none(&self, view: &View) -> Vec<Case> {
         std::iter::once(case(&view.look, NONE)).chain(self.cases(view)).collect()
-    }
-
-    /// The view's scene on the device, after the warm frames; and the last of these.
-    fn warm(&self, view: &View, settings: &Settings) -> Result<(Stage, RenderedImage), CliError> {
-        let mut stage = self.bench.stage(&view.scene, settings)?;
-        let mut last = stage.frame(view)?;
-        // Without a history every frame is a first one; one frame then makes buffers large enough.
-        for _ in 1..if restarts(&stage) { 1 } else { self.args.warm } {
-            last = stage.frame(view)?;
-        }
-        Ok((stage, last))
-    }
-
-    /// Renders the frames of a view at rest, `count` of them after the warm ones.
-    fn at_rest(&self, view: &View, settings: &Settings, count: u32) -> Result<Vec<RenderedImage>, CliError> {
-        let (mut stage, _) = self.warm(view, settings)?;
-        (0..count).map(|_| Ok(stage.frame(view)?)).collect()
     }
 
     /// Settings of a frame with many rays from every pixel, without filter and clamp.
@@ -231,18 +177,8 @@ mod tests {
     #[test]
     fn only_indirect_light_counts() {
         let mut image = rendering(vec![[0.0; 4]], 0);
-        let counters = [
-            ("indirect/rays", 7),
-            ("indirect/hits", 100),
-            ("indirect/probes/rays", 20),
-            ("shadows/rays", 1000),
-            ("radiance_cache/samples", 3),
-            ("radiance_cache/entries", 500),
-        ];
-        image.report.counters = counters.map(|(name, count)| (name.to_owned(), count)).to_vec();
         let passes = [("indirect/trace", 2.0), ("radiance_cache/trace", 1.0), ("shading/forward", 5.0)];
         image.report.passes = passes.map(|(name, ms)| PassTime { name: name.to_owned(), ms }).to_vec();
-        assert_eq!(rays(&image), 30);
         let cost = Cost::of(&image);
         assert_eq!((cost.indirect_ms, cost.frame_ms), (3.0, 8.0));
     }

@@ -4,7 +4,8 @@ use lanternfish::RenderError;
 use lanternfish_cli::parse::Size;
 use lanternfish_scene::Light;
 
-use crate::{bench::Bench, case::Case, probes::rooms, table::Row, view::View};
+use super::rooms;
+use crate::{bench::Bench, case::Case, table::Row, view::View};
 
 pub const TEXT: &str = "Two rooms of 128 × 72 pixels: the lamp in the left one, which lights the right one through a \
                         gap, goes out and on again. A dim light moves, so that the scene changes in every frame. \

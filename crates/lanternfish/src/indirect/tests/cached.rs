@@ -184,31 +184,6 @@ fn gpu_entries_do_not_leak_through_walls(gpu: &Gpu) {
     assert!(dark < 0.005 * lit, "{dark} of {lit}");
 }
 
-/// A dark room that light reaches only through a door, after at least two reflections. Entries of the floor, which continues under the wall, lie on both
-/// sides of it, and a few rays get into the hollow wall: the voters of the lowest rank set an entry's sample position.
-#[gpu_test(full)]
-fn gpu_light_enters_by_the_door_only(gpu: &Gpu) {
-    // 128 along the diagonal of a box of 2 m.
-    let edge = 12f32.sqrt() / 128.0;
-    let dark = looking([-0.5, 0.0, 0.9], [-0.6, -0.8, 0.0]);
-    for thickness in [0.25, 1.0] {
-        let mut scene = closed_box(matt(0.8));
-        for side in [-0.5, 0.5] {
-            let middle = Vec3::new(-0.4, 0.0, side * thickness * edge);
-            scene.meshes[0].primitives.push(quad(0, middle, 0.6 * Vec3::X, Vec3::Y));
-        }
-        let end = Vec3::new(0.2, 0.0, 0.0);
-        scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
-        scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
-        let entries = Sampled { cache_samples: 32, ..cached(Tracer::BVH, Bounces::All) };
-        let actual = mean(&rendering(gpu, over_frames(entries, 8), &scene, &dark));
-        let ground_truth = mean(&traced(&scene, &dark, u32::MAX, 96));
-        println!("a wall of {thickness} edges: {:.4} of the light", actual / ground_truth);
-        // Light of many bounces is not complete. If all entries had the same vote, the fraction would be 0.64.
-        assert!((0.8..1.02).contains(&(actual / ground_truth)), "{thickness}: {actual} of {ground_truth}");
-    }
-}
-
 /// A table that is too small at first grows, by starting over in a first frame and by migration between frames. The image is that of a table that was
 /// large enough.
 #[gpu_test]

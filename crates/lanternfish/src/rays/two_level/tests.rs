@@ -12,7 +12,7 @@ use lanternfish_scene::{
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     rays::{TracedRay, tests::distances},
-    settings::{History, Shadows, Tracer},
+    settings::{Shadows, Tracer},
     techniques::{Bounces, Sampled, SampledLights},
     testing::{Random, looking, quad, scene_of},
 };
@@ -191,40 +191,6 @@ fn check_hits(gpu: &Gpu, bounces: Bounces, size: [u32; 2]) {
     let [mean, others] = apart(&again, &shown);
     assert!(mean < 1e-4 && others < 0.002, "{bounces:?}: not what was moved: {mean}, {others}");
     assert!(apart(&other, &shown)[1] > 0.1, "blind to what moves");
-}
-
-/// After a move, frames with a history come as close to the light of the new state as in one level.
-#[gpu_test(full)]
-fn gpu_indirect_light_follows_instances_in_two_levels(gpu: &Gpu) {
-    let mut scene = copies(200);
-    scene.sky = Vec3::new(0.4, 0.5, 0.8);
-    let shift = Affine3A::from_translation(Vec3::new(3.0, 1.0, -2.0));
-    let moved: Vec<_> = (20..200).step_by(2).map(|i| (i, shift * scene.instances[i].world_from_object)).collect();
-    let after_move = |tracer: Tracer| {
-        let settings = settings(tracer).with_indirect(Sampled::default());
-        let with = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
-        let mut renderer = with(settings.clone().with_history(History::On));
-        let image = |renderer: &mut Renderer, uploaded: &GpuScene| {
-            renderer.render(uploaded, &camera(), [36, 24]).unwrap().radiance
-        };
-        let mut uploaded = renderer.upload(&scene).unwrap();
-        (0..8).for_each(|_| drop(image(&mut renderer, &uploaded)));
-        renderer.move_instances(&mut uploaded, &moved).unwrap();
-        let mut of_moved = scene.clone();
-        moved.iter().for_each(|(i, transform)| of_moved.instances[*i].world_from_object = *transform);
-        let mut still = with(settings.with_accumulate(16));
-        let fresh = still.upload(&of_moved).unwrap();
-        let truth = image(&mut still, &fresh);
-        let frames: Vec<_> = (0..16).map(|_| image(&mut renderer, &uploaded)).collect();
-        [0, 3, 15].map(|frame: usize| apart(&truth, &frames[frame]))
-    };
-    let [one, two] = [Tracer::BVH, Tracer::TWO_LEVEL].map(after_move);
-    println!("means and pixels after 1, 4, 16 frames: one level {one:.4?}, two {two:.4?}");
-    for ([mean, others], [mean_in_one, others_in_one]) in two.into_iter().zip(one) {
-        let is_as_close = mean < 1.1 * mean_in_one + 0.005 && others < 1.1 * others_in_one + 0.01;
-        assert!(is_as_close && mean_in_one < 0.06, "{two:?} {one:?}");
-    }
-    assert!(two[2][1] < two[0][1], "{two:?}");
 }
 
 #[gpu_test]

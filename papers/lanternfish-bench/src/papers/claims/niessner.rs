@@ -20,9 +20,10 @@ pub const ABOUT: About = About {
 
 const PART: &str = "indirect";
 const CROSSINGS: &str = "crossings";
+type Light = (&'static str, u32, [f64; 2], [&'static str; 2], f64, &'static str);
 /// Of every light that is gathered: its name, his directions, his rates in million rays a second through 512² and 128², least and as he states
 /// them, and half of the gain by fewer texels.
-const LIGHTS: [(&str, u32, [f64; 2], [&str; 2], f64, &str); 3] = [
+const LIGHTS: [Light; 3] = [
     ("diffuse", 96, [11.0, 37.0], ["11–16 M rays/s", "37–50 M rays/s"], 2.11, "3.22 ×"),
     ("glossy", 150, [63.0, 151.0], ["63–71 M rays/s", "151–209 M rays/s"], 1.84, "2.69 ×"),
     ("soft shadows", 384, [79.0, 283.0], ["79–103 M rays/s", "283–377 M rays/s"], 2.31, "3.63 ×"),

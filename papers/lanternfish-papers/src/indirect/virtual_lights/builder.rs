@@ -367,8 +367,9 @@ fn gpu_ranges_are_those_of_a_cut_off_intensity_or_of_rays_that_hit(gpu: &lantern
     let flux = |i: u32| 0.01 * (i + 1) as f32;
     // A diffuse surface of this flux sends flux / π along its normal; luminances of equal channels are these.
     let cut_off = |shared: u32| move |i| (flux(i) / std::f32::consts::PI * shared as f32 / 0.25).sqrt();
-    let distances = |i: u32| if i % 2 == 0 { [2.0, -1.0, 4.0, -1.0, -1.0, -1.0] } else { [-1f32; RANGE_RAYS as usize] };
-    let by_rays = |i: u32| if i % 2 == 0 { 3.0 } else { 2e6 };
+    let distances =
+        |i: u32| if i.is_multiple_of(2) { [2.0, -1.0, 4.0, -1.0, -1.0, -1.0] } else { [-1f32; RANGE_RAYS as usize] };
+    let by_rays = |i: u32| if i.is_multiple_of(2) { 3.0 } else { 2e6 };
     let cases: [(Ranges, &dyn Fn(u32) -> f32); 3] =
         [(Ranges::ThresholdEach, &cut_off(1)), (Ranges::Threshold, &cut_off(COUNT)), (Ranges::Average, &by_rays)];
     for (ranges, expected) in cases {

@@ -17,7 +17,7 @@ const CUT: f32 = 0.05;
 const SLOPE: f32 = 1.5 / (EYE.z + CUT);
 
 /// A box with six quads that face outwards.
-pub fn cuboid(min: Vec3, max: Vec3, material: usize) -> Primitive {
+fn cuboid(min: Vec3, max: Vec3, material: usize) -> Primitive {
     let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
     let mut primitive = Primitive { material, ..Primitive::default() };
     for axis in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z] {
@@ -34,7 +34,7 @@ pub fn cuboid(min: Vec3, max: Vec3, material: usize) -> Primitive {
 }
 
 /// A matte grey material.
-pub fn grey() -> Material {
+fn grey() -> Material {
     Material { base_color: Vec4::new(0.7, 0.7, 0.7, 1.0), metallic: 0.0, specular: 0.0, ..Material::default() }
 }
 
