@@ -41,8 +41,8 @@ Examples:
 
 An image is 480 x 270, unless --size says otherwise. In the ground truth lights have a radius of 5 cm,
 unless --light-radius says otherwise, and it has all light, of every bounce. A paper is also compared
-with its own light: direct, or with one bounce, of lights without a radius. Mean light is over the
-ground truth's.
+with its own light: direct, or with one bounce, of lights without a radius. Percent: mean light over
+the ground truth's.
 ";
 
 /// Ids of flags of `render` that do not apply to a sheet.
@@ -172,8 +172,8 @@ pub fn run(args: &PapersArgs, matches: &ArgMatches, trust: TrustArgs) -> Result<
     let about = "the ground truth: every bounce".to_owned();
     let truth = Entry { name: TRUTHS[0].0.to_owned(), about, width, display, lines, ..Entry::default() };
     // All five first, for two eyes.
-    let height = truths[0].height as f32;
-    let eye = format!("--size={}x{height}", (height * Eyes::Vive.aspect().expect("it has one")).round());
+    let across = (truths[0].height as f32 * Eyes::Vive.aspect().expect("it has one")).round() as usize;
+    let eye = format!("--size={}x{}", across.min(width / 2).max(1), truths[0].height);
     let two_eyes = ["--stereo=vive".to_owned(), eye];
     let without = |paper: Paper| {
         let changes = paper.without().iter().map(|(name, value)| format!("--{name}={value}"));
@@ -267,7 +267,7 @@ impl ImageLook {
         let wrong = |error: MetricsError| CliError::new(error.to_string(), "");
         let pair = Pair::new(image_shown, truth_shown).map_err(wrong)?;
         let flip = pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE).map_err(wrong)?);
-        Ok(format!("FLIP {flip:.3}, light {:.3}", energy_of(image) / energy_of(truth)))
+        Ok(format!("FLIP {flip:.3}, {:.0} %", 100.0 * energy_of(image) / energy_of(truth)))
     }
 }
 

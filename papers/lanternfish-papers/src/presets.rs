@@ -162,7 +162,12 @@ const FIVE: &[Row] = &[
     ("clusters", "displ:32:8", "[VanGelderen2020, §4.3]: displaced, the thesis's shape for views that differ"),
     ("cluster-views", "enclosed", "[VanGelderen2020, §4.1]: one grid for both eyes"),
     ("shadows", "across-texels", "[Niessner2010, §4, fig. 8]: soft shadows through the images"),
-    ("ray-culling", "improved", "[Elagabani2025, §4.3.1]; other stages need the surface target, so not by depth alone"),
+    (
+        "ray-culling",
+        "surface",
+        "[Elagabani2025, §4.3.1]: facing; other stages have the normals that he rebuilds from depth",
+    ),
+    ("ray-range-culling", "on", "[Elagabani2025, §4.3]: range, for each pixel"),
     ("light-radius", "0.05", "ours: soft shadows"),
     ("shadow-rays", "16", "[Niessner2010, §7]"),
     ("deep-directions", "cube:5", "[Niessner2010, §3.1, §7]: one set for shadows, glossy rays and virtual lights"),
