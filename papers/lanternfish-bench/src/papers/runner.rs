@@ -90,7 +90,8 @@ pub fn stored(folder: &Path) -> Result<(Reports, Machine, Vec<RanPart>), CliErro
     let machine = Machine { adapter, driver, is_software: page["software"] == true };
     let mut reports = Reports::of(machine.is_software);
     for Part { name, .. } in parts() {
-        reports.add(&name, read(&folder.join(format!("{name}.json"))));
+        let file = folder.join(format!("{name}.json"));
+        reports.add(&name, if file.is_file() { read(&file) } else { Err("it is not stored".to_owned()) });
     }
     let part = |row: &Value| {
         let text = |told: Row, key: &'static str| told.text(key, key, words(row, key));

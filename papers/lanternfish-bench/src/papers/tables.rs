@@ -48,6 +48,7 @@ impl Table {
     /// Its rows; none if nothing was measured.
     pub fn rows(&self, reports: &Reports) -> Vec<Row> {
         let rows = reports.rows(self.of[0], self.of[1], self.is).unwrap_or_default();
+        let is_beside = rows.iter().any(|row| !(self.his)(row).is_empty());
         let row = |of: &Node<'_>| {
             let cell = |row: Row, key: &'static str| match of.f64(key) {
                 Ok(number) => row.number(key, &key.replace('_', " "), number).said_as(shown(number)),
@@ -55,7 +56,8 @@ impl Table {
                     row.text(key, &key.replace('_', " "), Some(of.words(key)).filter(|w| !w.is_empty()).unwrap_or(DASH))
                 }
             };
-            self.columns.split(", ").fold(Row::default(), cell).text("paper", "paper", (self.his)(of))
+            let row = self.columns.split(", ").fold(Row::default(), cell);
+            if is_beside { row.text("paper", "paper", (self.his)(of)) } else { row }
         };
         rows.iter().map(row).collect()
     }

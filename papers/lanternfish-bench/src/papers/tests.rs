@@ -127,9 +127,11 @@ fn every_claim_that_can_be_confirmed_names_a_fault() {
         let parsed = Cli::try_parse_from(std::iter::once("lanternfish-bench".to_owned()).chain(words.clone()));
         assert!(parsed.is_ok(), "{words:?}: {}", parsed.err().unwrap());
         if let How::Made(_, changes) = fault.how {
-            let names = changes.split(", ").map(|change| change.split(' ').next().unwrap_or_default());
-            let is_setting = |name: &str| Settings::parameters().iter().any(|known| known.info.name == name);
-            assert!(names.clone().all(is_setting), "{changes}");
+            let is_setting = |change: &str| {
+                let (name, value) = change.split_once(' ').unwrap_or_default();
+                Settings::parameters().iter().any(|known| known.info.name == name && known.read(value).is_ok())
+            };
+            assert!(changes.split(", ").all(is_setting), "{changes}");
         }
     }
 }

@@ -19,7 +19,12 @@ pub fn claims() -> Vec<Claim> {
         claim("splatting takes the majority of the time of photons")
             .says("[Aalund2015, §5.2]", "a majority; tracing is relatively cheap")
             .rule("its part of all steps", PERCENT, at_least(0.5))
-            .lost_by(Fault::made("small-splats", PART, "light: as in the paper", "photon-radius 0.01"))
+            .lost_by(Fault::made(
+                "small-splats",
+                PART,
+                "light: as in the paper",
+                "photon-radius 0.01, photon-tracer across-texels",
+            ))
             .by(|all| {
                 let photons = all.named(PART, "rows", PHOTONS)?;
                 let traced = photons.f64("times/emit")? + photons.f64("times/trace")?;
