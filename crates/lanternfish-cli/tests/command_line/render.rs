@@ -2,7 +2,6 @@
 
 use std::{fs, path::Path};
 
-use lanternfish_metrics::read_exr;
 use serde_json::Value;
 
 use crate::support::{Folder, Ran};
