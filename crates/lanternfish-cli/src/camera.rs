@@ -16,7 +16,7 @@ pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, Cl
     Cameras::of(scene, &Bounds::EMPTY, aspect).choose(flags)
 }
 
-/// As [`Cameras::choose`], for every view. The flag is true if a camera was placed inside a closed interior by default.
+/// As `Cameras::choose`, for every view. The flag is true if a camera was placed inside a closed interior by default.
 pub fn choose_each(
     scene: &Scene,
     reach: &Bounds,

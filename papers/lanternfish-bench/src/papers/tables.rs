@@ -40,15 +40,14 @@ pub struct Table {
     is: fn(&Node<'_>) -> bool,
     /// Keys of the rows.
     columns: &'static str,
-    /// The paper's figures of a row.
-    his: fn(&Node<'_>) -> &'static str,
+    /// The paper's figures of a row; none where the report has them.
+    his: Option<fn(&Node<'_>) -> &'static str>,
 }
 
 impl Table {
     /// Its rows; none if nothing was measured.
     pub fn rows(&self, reports: &Reports) -> Vec<Row> {
         let rows = reports.rows(self.of[0], self.of[1], self.is).unwrap_or_default();
-        let is_beside = rows.iter().any(|row| !(self.his)(row).is_empty());
         let row = |of: &Node<'_>| {
             let cell = |row: Row, key: &'static str| match of.f64(key) {
                 Ok(number) => row.number(key, &key.replace('_', " "), number).said_as(shown(number)),
@@ -57,7 +56,7 @@ impl Table {
                 }
             };
             let row = self.columns.split(", ").fold(Row::default(), cell);
-            if is_beside { row.text("paper", "paper", (self.his)(of)) } else { row }
+            if let Some(his) = self.his { row.text("paper", "paper", his(of)) } else { row }
         };
         rows.iter().map(row).collect()
     }
@@ -72,10 +71,6 @@ fn every(_: &Node<'_>) -> bool {
     true
 }
 
-fn nothing(_: &Node<'_>) -> &'static str {
-    ""
-}
-
 /// All of them.
 pub const TABLES: [Table; 6] = [
     Table {
@@ -86,7 +81,7 @@ pub const TABLES: [Table; 6] = [
         of: ["forward-plus", "configurations"],
         is: every,
         columns: "name, paper_ms, frame_ms, rays, shadow_part, false_positives",
-        his: nothing,
+        his: None,
     },
     Table {
         paper: Paper::Niessner,
@@ -97,7 +92,7 @@ pub const TABLES: [Table; 6] = [
         of: ["indirect", "rows"],
         is: |row| row.is("filter_radius", 8) && row.is("accumulate", 1) && !row.is("tracer", "within-texel"),
         columns: "brdf, tracer, directions, resolution, samples, rate_traced, rate_shaded, frame_ms",
-        his: |row| {
+        his: Some(|row| {
             let of = |key: &str| row.f64(key).unwrap_or_default() as u32;
             match (row.words("brdf"), of("directions"), of("resolution"), of("samples")) {
                 ("diffuse", 96, 512, 1) => "11–16 M rays/s",
@@ -110,7 +105,7 @@ pub const TABLES: [Table; 6] = [
                 ("mirror", 150, 128, 1) => "600 frames a second",
                 _ => "",
             }
-        },
+        }),
     },
     Table {
         paper: Paper::Aalund,
@@ -121,11 +116,11 @@ pub const TABLES: [Table; 6] = [
         of: ["photons", "occlusion"],
         is: every,
         columns: "name, bytes, deep_images_ms, occlusion_ms, flip",
-        his: |row| match row.words("name") {
+        his: Some(|row| match row.words("name") {
             "as in the paper, 512 x 50²" => "204.1 MB, 373 ms",
             "as in the paper, 512 x 200²" => "805.5 MB",
             _ => "",
-        },
+        }),
     },
     Table {
         paper: Paper::Archer,
@@ -136,7 +131,7 @@ pub const TABLES: [Table; 6] = [
         of: ["virtual-lights", "rows"],
         is: |row| row.is("has_steps", true),
         columns: "name, steps/0, steps/1, steps/2, steps/3, steps/4, steps/5, steps/6, steps/*",
-        his: nothing,
+        his: None,
     },
     Table {
         paper: Paper::Archer,
@@ -146,7 +141,7 @@ pub const TABLES: [Table; 6] = [
         of: ["deep-images", "built"],
         is: |row| row.is("group", "Directions") && row.words("set").starts_with("stacks"),
         columns: "directions, builder, total_ms",
-        his: |row| match (row.f64("directions").unwrap_or_default() as u32, row.words("builder")) {
+        his: Some(|row| match (row.f64("directions").unwrap_or_default() as u32, row.words("builder")) {
             (8, _) => "1.5 ms (Rungholt 18.0)",
             (16, _) => "1.8 ms (Rungholt 18.4)",
             (32, _) => "2.0 ms (Rungholt 18.6)",
@@ -155,7 +150,7 @@ pub const TABLES: [Table; 6] = [
             (169, "per_direction") => "121.3 ms (Rungholt 2295.8)",
             (169, _) => "5.5 ms (Rungholt 22.1)",
             _ => "",
-        },
+        }),
     },
     Table {
         paper: Paper::Archer,
@@ -165,12 +160,12 @@ pub const TABLES: [Table; 6] = [
         of: ["virtual-lights", "ranges"],
         is: every,
         columns: "map, deep_images_ms, random_ms, deep_images_rate",
-        his: |row| match row.f64("map").unwrap_or_default() as u32 {
+        his: Some(|row| match row.f64("map").unwrap_or_default() as u32 {
             256 => "0.5 ms (Rungholt 0.6), random 0.04",
             512 => "1.8 ms (Rungholt 2.1), random 0.14",
             1024 => "6.0 ms (Rungholt 6.9), random 0.5",
             2048 => "20.2 ms (Rungholt 23.5), random 2.1",
             _ => "",
-        },
+        }),
     },
 ];

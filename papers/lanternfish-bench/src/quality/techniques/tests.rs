@@ -171,6 +171,7 @@ fn every_setting_has_rows_or_a_reason() {
         "image.accumulate",
         // With separate ground truths.
         "indirect",
+        "caustics",
         "occlusion",
         "structure",
     ];
