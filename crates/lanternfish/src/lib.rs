@@ -129,9 +129,9 @@ pub use resolution_scaling::ResolutionScaling;
 pub use settings::Settings;
 
 // What a technique of indirect light is made of.
-pub use indirect::{
-    CausticTechnique, DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, layers_target,
-};
+#[doc(hidden)]
+pub use indirect::CausticTechnique;
+pub use indirect::{DemodulatedIrradiance, Indirect, IndirectPasses, IndirectTechnique, layers_target};
 pub use prepass::Surface;
 pub use rays::Tracer;
 pub use shaders::{Package, Root, Shaders};

@@ -17,11 +17,13 @@ use serde::{Deserialize, Serialize};
 use crate::lights::LightStorage;
 pub use crate::{
     direct_light::Direct,
-    indirect::{Caustics, Indirect, Quality},
+    indirect::{Indirect, Quality},
     light_culling::Culling,
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
 };
+#[doc(hidden)]
+pub use crate::indirect::Caustics;
 pub use background::Background;
 pub use exposure::Exposure;
 #[doc(hidden)]

@@ -104,6 +104,7 @@ pub trait IndirectTechnique: AnyTechnique {
 
     /// True if it leaves caustics to their own technique, if there is one. Otherwise it has all of their light that it
     /// can find, and there are no others.
+    #[doc(hidden)]
     fn leaves_caustics(&self) -> bool {
         false
     }
