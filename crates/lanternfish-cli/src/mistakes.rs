@@ -83,7 +83,7 @@ const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flag
 pub(crate) const NO_PAPERS: &str =
     "the papers' techniques need the feature `papers`, which this program was built without";
 /// Beginnings of the names of the papers' techniques, and of their parameters.
-const OF_PAPERS: &str = "across- deep grid- hbao occlusion- photon- raster-grid virtual-lights vpl- within-";
+const OF_PAPERS: &str = "across- caustic- deep grid- hbao occlusion- photon raster-grid virtual-lights vpl- within-";
 
 const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCENE FLAGS";
 /// What shows image files.

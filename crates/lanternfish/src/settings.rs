@@ -14,6 +14,8 @@ pub use lanternfish_scene::shading::{Attenuation, Coefficients, Materials};
 use lanternfish_scene::{named_enum, named_type_impls};
 use serde::{Deserialize, Serialize};
 
+#[doc(hidden)]
+pub use crate::indirect::Caustics;
 use crate::lights::LightStorage;
 pub use crate::{
     direct_light::Direct,
@@ -22,8 +24,6 @@ pub use crate::{
     occlusion::Occlusion,
     rays::{Structure, Tracer, TracerChoice},
 };
-#[doc(hidden)]
-pub use crate::indirect::Caustics;
 pub use background::Background;
 pub use exposure::Exposure;
 #[doc(hidden)]

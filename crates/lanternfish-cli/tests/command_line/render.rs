@@ -85,7 +85,7 @@ fn gpu_a_folder_of_scenes_becomes_a_folder_of_thumbnails() {
     // The others are rendered, and the failures are not forgotten.
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(1), "images/a.png\nimages/b.png\n"));
     let errors = ran.stderr;
-    assert!(errors.contains("both.toml: the argument '--eye <x,y,z>' cannot be used with"), "{errors}");
+    assert!(errors.contains("both.toml:4:1: `view` cannot be used with `eye`"), "{errors}");
     assert!(errors.ends_with("2 of 4 scenes failed: both.toml, missing.glb\n"), "{errors}");
     assert!(errors.contains("note: not rendered, unless named: scenes in models/more\n"), "{errors}");
     assert!(errors.contains("missing.glb") && folder.names("images") == ["a.png", "b.png"], "{errors}");
