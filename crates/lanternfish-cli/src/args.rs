@@ -3,6 +3,7 @@
 pub(crate) mod flags;
 pub(crate) mod keys;
 mod light;
+pub(crate) mod part;
 pub(crate) mod settings;
 mod shared;
 pub(crate) mod spelling;
@@ -19,7 +20,7 @@ use lanternfish::{
     settings::{Direct, GivenSettings, Preset, Settings},
 };
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Camera, Eyes, UpAxis, Viewpoint, generate::DEMOS};
+use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
 use self::{
     flags::flags,
@@ -30,6 +31,7 @@ use self::{
 };
 pub use self::{
     light::{EnvironmentSun, Ground, LightArgs},
+    part::PartArgs,
     settings::{IndirectArgs, LightFlags, LookArgs, TechniqueArgs},
     shared::{Selection, SharedFlags},
 };
@@ -196,26 +198,6 @@ flags! {
 }
 
 flags! {
-    /// Flags that choose a scene of a file, its materials, and how it stands.
-    #[derive(Default)]
-    pub struct PartArgs {
-        /// A scene of the file, by name or index. Without it: the file's default scene.
-        #[arg(long = "scene", value_name = "NAME|INDEX", allow_hyphen_values = true, hide_short_help = true)]
-        scene_of_file: Option<String> as Text,
-        /// A variant of the file's materials, by name or index. Without it: the file's default materials.
-        ///
-        /// `lanternfish info` lists them (KHR_materials_variants).
-        #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true, hide_short_help = true)]
-        variant: Option<String> as Text,
-        /// The axis of the file that points up. Without it: y.
-        ///
-        /// A file that lies on its back was made with z up. Built-in scenes stand as they are.
-        #[arg(long, value_name = "AXIS", hide_short_help = true)]
-        up: Option<UpAxis> as UpAxis,
-    }
-}
-
-flags! {
     /// Flags of the camera.
     #[derive(Default, PartialEq)]
     pub struct ViewArgs {
@@ -373,16 +355,6 @@ flags! {
 /// The names of the built-in scenes on the command line.
 pub(crate) fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
-}
-
-/// Reads `cpu`, `gpu` or a part of an adapter's name.
-pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
-    match text {
-        "" => Err("expected a part of an adapter's name, gpu or cpu".to_owned()),
-        "cpu" => Ok(AdapterChoice::Cpu),
-        "gpu" => Ok(AdapterChoice::Hardware),
-        name => Ok(AdapterChoice::Name(name.to_owned())),
-    }
 }
 
 /// The defaults of all flags.

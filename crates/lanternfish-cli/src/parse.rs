@@ -9,6 +9,7 @@ mod tests;
 use std::fmt;
 
 use glam::Vec3;
+use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
@@ -268,6 +269,30 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|ev| ev.abs() <= 64.0)
         .ok_or_else(|| "expected stops from -64 to 64, e.g. -1.5 (0: unchanged, 1: twice as bright)".to_owned())
+}
+
+/// Reads `cpu`, `gpu` or a part of an adapter's name.
+pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
+    match text {
+        "" => Err("expected a part of an adapter's name, gpu or cpu".to_owned()),
+        "cpu" => Ok(AdapterChoice::Cpu),
+        "gpu" => Ok(AdapterChoice::Hardware),
+        name => Ok(AdapterChoice::Name(name.to_owned())),
+    }
+}
+
+/// Numbers as a flag states them.
+pub(crate) fn list(values: &[f32]) -> String {
+    values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
+}
+
+/// The shortest number of degrees that is this angle, radians.
+pub(crate) fn degrees(angle: f32) -> String {
+    let degrees = angle.to_degrees();
+    let (up, down) = (degrees.next_up(), degrees.next_down());
+    let near = [degrees, up, down, up.next_up(), down.next_down()].into_iter();
+    let exact = near.filter(|degrees| degrees.to_radians() == angle).map(|degrees| degrees.to_string());
+    exact.min_by_key(String::len).unwrap_or_else(|| degrees.to_string())
 }
 
 /// Parses comma-separated numbers; `None` if one of them is not a finite number.

@@ -11,7 +11,7 @@ use clap::builder::{OsStringValueParser, TryMapValueParser, TypedValueParser, Va
 use lanternfish_scene::{LoadOptions, Scene, memory};
 use serde::{Serialize, Serializer};
 
-use crate::{args::PartArgs, ending::has_ending, error::CliError};
+use crate::{args::part::PartArgs, ending::has_ending, error::CliError};
 
 /// The name of a scene: a path, in any spelling that the system supports, or `demo:NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,10 @@
 use lanternfish::RenderedImage;
 use lanternfish_scene::{Camera, Eyes, named_enum};
 
-use crate::{args::spelling::degrees, error::CliError, parse};
+use crate::{
+    error::CliError,
+    parse::{self, degrees},
+};
 
 named_enum! {
     /// Layout of two images in one file.

@@ -11,9 +11,9 @@ use std::{
 use clap::Args;
 use lanternfish::{GpuScene, RenderError, RenderedImage, Renderer, settings::Settings, shaders};
 use lanternfish_cli::{
-    args::adapter,
     error::{self, CliError},
     images::{rgb, shown},
+    parse::adapter,
     progress::Progress,
     scene::SceneName,
     timed::Timed,

@@ -81,18 +81,18 @@ spellings! {
     PixelSize: Size [Form::Numbers('x')] = parse::size, |size| format!("{}x{}", size.width, size.height);
     Outputs: Quantities [Form::Text] = outputs::quantities,
         |outputs| outputs.0.iter().map(|quantity| quantity.name()).collect::<Vec<_>>().join(",");
-    Adapter: AdapterChoice [Form::Text] = super::adapter, |adapter| match adapter {
+    Adapter: AdapterChoice [Form::Text] = parse::adapter, |adapter| match adapter {
         AdapterChoice::Auto => String::new(),
         AdapterChoice::Cpu => "cpu".to_owned(),
         AdapterChoice::Hardware => "gpu".to_owned(),
         AdapterChoice::Name(name) => name.clone(),
     };
-    Position: Vec3 = parse::position, |position| list(&position.to_array());
-    FovY: f32 = parse::fov_y, |angle| degrees(*angle);
+    Position: Vec3 = parse::position, |position| parse::list(&position.to_array());
+    FovY: f32 = parse::fov_y, |angle| parse::degrees(*angle);
     Rotation: f32 = parse::rotation, f32::to_string;
     Elevation: f32 = parse::elevation, f32::to_string;
-    Intrinsics: [f32; 4] = parse::intrinsics, |values| list(values);
-    Pose: Affine3A = parse::pose, |pose| list(&Mat4::from(*pose).transpose().to_cols_array());
+    Intrinsics: [f32; 4] = parse::intrinsics, |values| parse::list(values);
+    Pose: Affine3A = parse::pose, |pose| parse::list(&Mat4::from(*pose).transpose().to_cols_array());
     Stereo: Eyes = stereo::eyes, |eyes| stereo::text(*eyes);
     Seconds: f32 = parse::time, f32::to_string;
     FrameNumbers: Frames = parse::frames, |frames| match frames {
@@ -106,7 +106,7 @@ spellings! {
     Rectangle: Light = parse::rectangle, numbers;
     Sun: Light = parse::sun, numbers;
     Positive: f32 = parse::positive, f32::to_string;
-    Color: Vec3 = parse::color, |color| list(&color.to_array());
+    Color: Vec3 = parse::color, |color| parse::list(&color.to_array());
     Lights: LightSet [Form::Text] = parse::light_set, LightSet::to_string;
     Seed: u32 = parse::seed, u32::to_string;
 }
@@ -122,19 +122,6 @@ fn switch(text: &str) -> Result<bool, String> {
 /// The text of a light that a flag can state.
 fn numbers(light: &Light) -> String {
     parse::light_text(light).map(|(_, text)| text).unwrap_or_default()
-}
-
-pub(crate) fn list(values: &[f32]) -> String {
-    values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
-}
-
-/// The shortest number of degrees that is this angle, radians.
-pub(crate) fn degrees(angle: f32) -> String {
-    let degrees = angle.to_degrees();
-    let (up, down) = (degrees.next_up(), degrees.next_down());
-    let near = [degrees, up, down, up.next_up(), down.next_down()].into_iter();
-    let exact = near.filter(|degrees| degrees.to_radians() == angle).map(|degrees| degrees.to_string());
-    exact.min_by_key(String::len).unwrap_or_else(|| degrees.to_string())
 }
 
 /// The name of a value.

@@ -27,9 +27,9 @@ use self::{
     report::{Adapter, Check, FORMAT, Figure, Report, Technique, Verdict},
 };
 use crate::{
-    args::adapter,
     error::CliError,
     output::{print, write_text},
+    parse::adapter,
     progress::Progress,
     shaders,
 };

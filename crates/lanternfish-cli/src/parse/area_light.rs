@@ -3,8 +3,7 @@
 use glam::Vec3;
 use lanternfish_scene::{Light, LightKind};
 
-use super::{intensity, near_enough, numbers, reach, unit};
-use crate::args::spelling::list;
+use super::{intensity, list, near_enough, numbers, reach, unit};
 
 /// Parses a disk, `x,y,z,dx,dy,dz,radius,nits[,r,g,b[,range]]`: centre, m; normal; radius, m; radiance, nits; colour; range, m.
 pub fn disk(text: &str) -> Result<Light, String> {

@@ -14,12 +14,13 @@ use crate::{
         RenderArgs,
         flags::Flags as _,
         keys::{Key, keys},
-        spelling::{Form, degrees},
+        spelling::Form,
     },
     camera,
     ending::has_ending,
     error::CliError,
     output,
+    parse::degrees,
     scene::{self, SceneName},
 };
 

@@ -20,7 +20,7 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
-use lanternfish_cli::{args::adapter, error::CliError, output::print};
+use lanternfish_cli::{error::CliError, output::print, parse::adapter};
 use lanternfish_gpu::{AdapterChoice, Gpu};
 use serde::Deserialize;
 
