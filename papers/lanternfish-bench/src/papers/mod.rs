@@ -19,15 +19,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lanternfish_cli::{error::CliError, output::print, parse::adapter};
 use lanternfish_gpu::{AdapterChoice, Gpu};
-use serde::Deserialize;
 
+pub use self::parts::Paper;
 use self::{
     claims::Claim,
     page::{Machine, RanPart},
-    parts::{Form, Part, parts},
+    parts::{Form, PAPERS, Part, parts},
     rows::Reports,
     runner::Ran,
     tables::{About, TABLES},
@@ -93,25 +93,6 @@ fn fault_name(text: &str) -> Result<String, String> {
     names.dedup();
     if names.contains(&text) { Ok(text.to_owned()) } else { Err(format!("the faults are {}", names.join(", "))) }
 }
-
-/// A paper, as `parts.toml` names it too.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Paper {
-    /// Elagabani 2025, hybrid Forward+
-    Elagabani,
-    /// Van Gelderen 2020, clustered shading for two eyes
-    VanGelderen,
-    /// Niessner 2010, indirect light through layered depth images
-    Niessner,
-    /// Aalund 2015, occlusion and photons through layered depth maps
-    Aalund,
-    /// Archer 2019, virtual lights with ranges through deep images
-    Archer,
-}
-
-/// All papers, in the order of the page.
-pub const PAPERS: [Paper; 5] = [Paper::Elagabani, Paper::VanGelderen, Paper::Niessner, Paper::Aalund, Paper::Archer];
 
 impl Paper {
     /// What stands above its claims.

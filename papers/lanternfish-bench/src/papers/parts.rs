@@ -2,11 +2,30 @@
 
 use std::path::Path;
 
+use clap::ValueEnum;
 use lanternfish_cli::scene::SceneName;
 use serde::Deserialize;
 
-use super::Paper;
 use crate::view;
+
+/// A paper, as `parts.toml` names it too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Paper {
+    /// Elagabani 2025, hybrid Forward+
+    Elagabani,
+    /// Van Gelderen 2020, clustered shading for two eyes
+    VanGelderen,
+    /// Niessner 2010, indirect light through layered depth images
+    Niessner,
+    /// Aalund 2015, occlusion and photons through layered depth maps
+    Aalund,
+    /// Archer 2019, virtual lights with ranges through deep images
+    Archer,
+}
+
+/// All papers, in the order of the page.
+pub const PAPERS: [Paper; 5] = [Paper::Elagabani, Paper::VanGelderen, Paper::Niessner, Paper::Aalund, Paper::Archer];
 
 /// A run of another bench.
 #[derive(Debug, Deserialize)]

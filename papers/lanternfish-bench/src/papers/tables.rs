@@ -1,7 +1,7 @@
 //! Tables of the papers: rows of the parts' reports, with the papers' own figures beside them.
 
 use super::{
-    Paper,
+    parts::Paper,
     rows::{Node, Reports},
 };
 use crate::table::{DASH, Row};
