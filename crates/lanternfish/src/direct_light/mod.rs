@@ -75,13 +75,13 @@ pub trait DirectPasses: Send + fmt::Debug {
     ) -> Result<DirectLight, RenderError>;
 }
 
-/// Demodulated direct light of one view, in layers as of [`crate::indirect::DemodulatedIrradiance`]. Shading adds both.
+/// Demodulated direct light of one view, in layers as of [`crate::indirect::DemodulatedIrradiance`]: the product of both.
 #[derive(Clone, Debug)]
 pub struct DirectLight {
-    /// Light without noise.
-    pub certain: wgpu::TextureView,
-    /// Light with noise, filtered.
-    pub noisy: wgpu::TextureView,
+    /// Light that would arrive if nothing were in the way.
+    pub unshadowed: wgpu::TextureView,
+    /// The part of it that does, linear, per channel: of diffuse light (layer 0) and of glossy light (layer 1).
+    pub ratios: wgpu::TextureView,
     /// Counters of the technique's work, such as rays.
     pub(crate) counters: Counters,
 }
@@ -89,6 +89,6 @@ pub struct DirectLight {
 impl DirectLight {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("certain_direct", &self.certain).texture("noisy_direct", &self.noisy)
+        Bindings::new().texture("unshadowed_direct", &self.unshadowed).texture("direct_ratios", &self.ratios)
     }
 }

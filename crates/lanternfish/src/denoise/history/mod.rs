@@ -45,8 +45,7 @@ gpu_struct! {
         clamped_frames: f32,
         /// Of these, the frames over which the image is averaged in any case.
         requested_frames: f32,
-        /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations;
-        /// below 0: the history is not clamped.
+        /// Largest distance of the history from the neighbourhood's mean in the reset window, standard deviations.
         reset_deviations: f32,
     }
 }
@@ -69,7 +68,7 @@ pub(crate) struct HistoryReset {
     /// Longest history in the reset window, frames. More: less noise, more lag; 0: the history is discarded.
     pub counts: f32,
     /// Largest distance of the history from the mean of the neighbourhood in the reset window, standard deviations.
-    /// More: less noise, more lag. Below 0: the history is not clamped.
+    /// More: less noise, more lag.
     pub deviations: f32,
     /// After a single change, the history has the frames since then, and only its first is clamped to `deviations`.
     pub restarts: bool,

@@ -10,7 +10,7 @@
 mod pixel_irradiance;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_constants, gpu_struct};
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
 use lanternfish_scene::named_enum;
 
 #[cfg(test)]
@@ -29,15 +29,10 @@ use crate::{
     technique::{ParameterInfo, Range},
 };
 
-/// The alphas of the layers hold the standard deviations of the pixels' estimates (layers 0 and 2, luminance), and the
-/// luminances of light without noise that is added later (layers 1 and 3). The filter is then as wide as the deviations
-/// ask for, and keeps edges of light that are no noise.
-pub(crate) const DEVIATIONS: Feature = Feature::new("deviations");
-
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
-        Root::of("denoise/smoothing/firefly_clamp", &[&[&[], &[DEVIATIONS]]]),
+        Root::new("denoise/smoothing/firefly_clamp"),
         Root::new("denoise/smoothing/collect"),
         Root::new("denoise/smoothing/redistribution"),
         Root::new("denoise/smoothing/filter"),
@@ -204,34 +199,22 @@ pub struct Smoothing {
 }
 
 impl Smoothing {
-    /// Compiles the passes for indirect light.
+    /// Compiles the passes.
     pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
-        Self::labelled(device, history, RESET_WINDOW, "indirect", &[])
-    }
-
-    /// Compiles the passes. `reset`: what a change of the scene does to the history; `folder`: the first part of the
-    /// labels; `features`: none, or [`DEVIATIONS`].
-    pub(crate) fn labelled(
-        device: &wgpu::Device,
-        history: History,
-        reset: HistoryReset,
-        folder: &str,
-        features: &[Feature],
-    ) -> Result<Self, RenderError> {
-        let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
-            let shader = DECLARED.link(&format!("denoise/smoothing/{file}"), features)?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("{folder}/{label}")))
+        let kernel = |file: &str, entry: &str, label: &str| {
+            let shader = DECLARED.link(&format!("denoise/smoothing/{file}"), &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         Ok(Self {
-            firefly_clamp: kernel("firefly_clamp", features, "firefly_clamp", "firefly_clamp")?,
-            collect: kernel("collect", &[], "collect", "collect")?,
-            redistribution: kernel("redistribution", &[], "redistribution", "redistribution")?,
-            add: kernel("redistribution", &[], "add", "add")?,
-            resolve: kernel("filter", &[], "resolve", "resolve")?,
-            filter: kernel("filter", &[], "filter_axis", "filter")?,
+            firefly_clamp: kernel("firefly_clamp", "firefly_clamp", "indirect/firefly_clamp")?,
+            collect: kernel("collect", "collect", "indirect/collect")?,
+            redistribution: kernel("redistribution", "redistribution", "indirect/redistribution")?,
+            add: kernel("redistribution", "add", "indirect/add")?,
+            resolve: kernel("filter", "resolve", "indirect/resolve")?,
+            filter: kernel("filter", "filter_axis", "indirect/filter")?,
             histories: match history {
                 History::Off => None,
-                History::On => Some(Histories::new(device, reset, folder)?),
+                History::On => Some(Histories::new(device, RESET_WINDOW, "indirect")?),
             },
         })
     }

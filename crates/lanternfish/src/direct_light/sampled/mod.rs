@@ -1,25 +1,23 @@
 //! Direct light from a fixed number of shadow rays a pixel, for any number of lights.
 //!
 //! 1. Each tile lists the emitters that may light it, from the light trees (`emitter_list.wesl`).
-//! 2. Each pixel chooses some of them by their unshadowed light (`choice.wesl`), and traces a ray to each
-//!    (`trace.wesl`).
-//! 3. Noisy light is clamped, accumulated and filtered ([`Smoothing`]).
+//! 2. Each pixel sums their unshadowed light, chooses some of them (`choice.wesl`) by what it remembers of their
+//!    visibility (`memory.wesl`), and traces a ray to each (`trace.wesl`).
+//! 3. The ratio of the light that arrives to the unshadowed light is filtered and accumulated (`ratio_filter.wesl`).
 
+mod filters;
 #[cfg(test)]
 mod tests;
 
+use glam::UVec2;
 use lanternfish_gpu::{BufferPart, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
+use self::filters::{Filters, RatioFilter, ratios_target};
 use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
 use crate::{
     context::ViewContext,
-    denoise::layers::layers_target,
-    denoise::{
-        Counters,
-        history::HistoryReset,
-        smoothing::{DEVIATIONS, Smoothed, Smoothing},
-    },
+    denoise::{Counters, layers::layers_target},
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     parameters,
@@ -28,16 +26,26 @@ use crate::{
     settings::{History, Settings},
     shaders::{Root, Shaders},
     technique::{Parameter, Range, Technique},
+    texture::size_of_view,
 };
 
 /// Tiles of pixels list their emitters together.
 pub(crate) const TILES: Feature = Feature::new("tiles");
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
+/// Pixels remember which emitters they saw.
+const REMEMBERED: Feature = Feature::new("remembered");
+/// What pixels remember, and ratios, are found along surfaces in motion.
+const REPROJECTED: Feature = Feature::new("reprojected");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders =
-    Shaders::new(&[Root::computed("direct_light/sampled/trace", variants)], &[SharedStruct::of::<DirectSampling>()]);
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
+        Root::computed("direct_light/sampled/trace", variants),
+        Root::of("direct_light/sampled/ratio_filter", &[&[&[], &[REPROJECTED]]]),
+    ],
+    &[SharedStruct::of::<DirectSampling>(), SharedStruct::of::<RatioFilter>()],
+);
 
 gpu_struct! {
     /// Parameters of sampled direct light.
@@ -48,10 +56,14 @@ gpu_struct! {
         candidates: u32,
         /// Index of the frame in the sequences of a pixel's random numbers.
         frame: u32,
-        /// 1: noisy light is filtered, and kept apart from light without noise.
-        has_filter: u32,
         /// 1: lights are chosen uniformly.
         is_uniform: u32,
+        /// 1: there is a memory of the previous frame.
+        remembers: u32,
+        /// 1: the view has not moved since then.
+        rests: u32,
+        /// Size of the previous frame, pixels.
+        size_before: UVec2,
     }
 }
 
@@ -89,10 +101,10 @@ named_enum! {
     Denoise {
         /// The mean of frames is unbiased.
         Off = "off": "No filter: for the mean of many frames",
-        /// Firefly clamp, temporal accumulation with a history, and an edge-stopping filter. All fade as frames are
-        /// averaged.
+        /// An edge-stopping filter of visibility, which fades as frames are averaged, and with `history on` temporal
+        /// accumulation.
         #[default]
-        On = "on": "Clamps fireflies, accumulates frames with `history on`, and filters along surfaces",
+        On = "on": "Filters visibility along surfaces, and over frames with `history on`",
     }
 }
 
@@ -121,11 +133,6 @@ parameters! {
     }
 }
 
-/// Lights may move in every frame. Estimates of few rays are often zero and seldom large: a clamp to those of the
-/// neighbourhood would darken moving light. The history is not clamped but short: the mean of two frames.
-const RESET_WINDOW: HistoryReset = HistoryReset { lasts: 8, counts: 1.0, deviations: -1.0, restarts: false };
-/// Radius of the filter in an image of one frame, pixels. It shrinks with the root of the number of averaged frames.
-const FILTER_RADIUS: u32 = 8;
 /// Drawn candidates for each ray. More: fewer rays to lights that contribute little, slower.
 const CANDIDATES_A_RAY: u32 = 4;
 /// Least and greatest number of drawn candidates.
@@ -171,8 +178,10 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Featu
 fn variants() -> Vec<Vec<Feature>> {
     let rays = rays::exact_in_scenes().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
-    let emission = [vec![TILES], vec![TILES, EMISSION]];
-    emission.iter().flat_map(|emission| shadows.iter().map(move |shadows| [&emission[..], shadows].concat())).collect()
+    let memories: [&[Feature]; 3] = [&[], &[REMEMBERED], &[REMEMBERED, REPROJECTED]];
+    let memories =
+        memories.iter().flat_map(|memory| [vec![TILES], vec![TILES, EMISSION]].map(|of| [&of, *memory].concat()));
+    memories.flat_map(|of| shadows.iter().map(move |shadows| [&of[..], shadows].concat()).collect::<Vec<_>>()).collect()
 }
 
 /// The passes.
@@ -187,7 +196,7 @@ pub(super) struct SampledPasses {
     frames: u32,
     trace: SceneKernel,
     casts_shadows: bool,
-    smoothing: Smoothing,
+    filters: Option<Filters>,
 }
 
 impl SampledPasses {
@@ -198,9 +207,12 @@ impl SampledPasses {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        let features = [&[TILES], &features(settings, tracer)[..]].concat();
+        let is_filtered = technique.denoise == Denoise::On;
+        let has_history = settings.history == History::On;
+        let mut features = [&[TILES], &features(settings, tracer)[..]].concat();
+        features.extend(is_filtered.then_some(REMEMBERED));
+        features.extend((is_filtered && has_history).then_some(REPROJECTED));
         let (module, label) = ("direct_light/sampled/trace", "direct_light/trace");
-        let history = if technique.denoise == Denoise::On { settings.history } else { History::Off };
         Ok(Self {
             least_in_reach: None,
             counted: None,
@@ -208,7 +220,7 @@ impl SampledPasses {
             frames: settings.image.accumulate,
             trace: SceneKernel::new(device, DECLARED, module, &features, "trace", label)?,
             casts_shadows: tracer.is_some(),
-            smoothing: Smoothing::labelled(device, history, RESET_WINDOW, "direct_light", &[DEVIATIONS])?,
+            filters: is_filtered.then(|| Filters::new(device, has_history)).transpose()?,
         })
     }
 
@@ -224,8 +236,10 @@ impl SampledPasses {
             light_samples,
             candidates: (CANDIDATES_A_RAY * light_samples).clamp(least, most),
             frame: view.view.random_index,
-            has_filter: u32::from(self.technique.denoise == Denoise::On),
             is_uniform: u32::from(self.technique.choice == LightChoice::Uniform),
+            remembers: 0,
+            rests: 0,
+            size_before: UVec2::ONE,
         }
     }
 }
@@ -253,28 +267,42 @@ impl DirectPasses for SampledPasses {
         surface: &Surface,
     ) -> Result<DirectLight, RenderError> {
         let ViewContext { scene, buffer, .. } = view;
-        let samples = self.parameters(frame, view);
-        let [certain, found] = [(); 2].map(|()| layers_target(frame, surface.size));
+        let mut samples = self.samples(view);
+        let left = self.filters.as_mut().map(|filters| filters.follow(frame, view, surface)).transpose()?;
+        if let Some((left, is_next)) = &left {
+            samples.remembers = u32::from(*is_next);
+            samples.rests = u32::from(view.view.frame_index > 0);
+            samples.size_before = size_of_view(&left.memory.before);
+        }
+        let samples = frame.uniform(&samples);
+        let (unshadowed, found) = (layers_target(frame, surface.size), ratios_target(frame, surface.size));
         let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/listed"])?;
         let bindings =
             buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
-        let bindings = bindings
-            .texture("certain_light", &certain)
-            .texture("filtered", &found)
+        let mut bindings = bindings
+            .texture("unshadowed_light", &unshadowed)
+            .texture("light_ratios", &found)
             .buffer("direct_counters", counters.buffer());
+        if let Some((left, _)) = &left {
+            bindings = bindings
+                .texture("kept_visibility", &left.memory.before)
+                .texture("visibility_to_keep", &left.memory.now);
+        }
+        if let Some(places) = surface.motion.as_ref().and_then(|motion| motion.places.as_ref()) {
+            bindings = bindings.texture("kept_places", &places.before).texture("places_to_keep", &places.now);
+        }
         let groups = [surface.size.x.div_ceil(8), surface.size.y.div_ceil(8), 1];
         if self.casts_shadows {
             self.trace.prepare(frame.device, scene)?;
         }
         frame.dispatch(self.trace.of(scene), &bindings, groups);
-        let noisy = match self.technique.denoise {
-            Denoise::Off => found,
-            Denoise::On => {
+        let ratios = match (&self.filters, &left) {
+            (Some(filters), Some((left, is_next))) => {
                 let frames = self.frames.max(view.view.frame_index.saturating_add(1));
-                let smoothed = Smoothed::new(FILTER_RADIUS, true, frames);
-                self.smoothing.record_layers(frame, view, surface, &smoothed, found)?
+                filters.record(frame, view, surface, (left, *is_next), frames, [&unshadowed, &found])
             }
+            _ => found,
         };
-        Ok(DirectLight { certain, noisy, counters })
+        Ok(DirectLight { unshadowed, ratios, counters })
     }
 }

@@ -113,7 +113,7 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
     for (module, from, to) in [
         ("gpu_scene/mask", "ray_passes *= ", "ray_passes = 0.9 * "),
         ("shadows/tinted", "incoming.irradiance * part", "incoming.irradiance"),
-        ("direct_light/sampled/trace", "irradiance *= passes()", "irradiance *= 1.0"),
+        ("direct_light/sampled/trace", "seen = passes();", "seen = vec3f(1.0);"),
     ] {
         let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
         assert!(text.contains(from), "{module} has {from}");

@@ -150,7 +150,7 @@ impl Drawn {
 
     fn samples(&self, frame: u32) -> DirectSampling {
         let (rays, candidates) = (self.rays, (4 * self.rays).clamp(8, 32));
-        DirectSampling { light_samples: rays, candidates, frame, has_filter: 0, is_uniform: self.choice }
+        DirectSampling { light_samples: rays, candidates, frame, is_uniform: self.choice, ..DirectSampling::default() }
     }
 
     fn emitters(&self) -> usize {
