@@ -21,7 +21,7 @@ use crate::{
 
 const LIST: &str = include_str!("../faults.toml");
 
-/// What an earlier run printed of each fault.
+/// What an earlier run found (`target/faults.tsv`). A fault's test in it runs before all others.
 const TABLE: &str = include_str!("../../docs/measured/faults.tsv");
 
 /// Names the fault that is on.
