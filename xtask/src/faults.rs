@@ -21,6 +21,9 @@ use crate::{
 
 const LIST: &str = include_str!("../faults.toml");
 
+/// What an earlier run found (`target/faults.tsv`). A fault's test in it runs before all others.
+const TABLE: &str = include_str!("../../docs/measured/faults.tsv");
+
 /// Names the fault that is on.
 const VARIABLE: &str = "LANTERNFISH_FAULT";
 
@@ -60,12 +63,17 @@ impl<'a> Fault<'a> {
         (package.rsplit('/').next().unwrap_or(package), path.rsplit_once('.').map_or(path, |(path, _)| path))
     }
 
-    /// The unit tests of the file's folder, or of a file that lies in none, as nextest selects them.
-    fn nearest(&self) -> String {
-        let (package, path) = self.place();
-        let module = path.rsplit_once('/').map_or(path, |(folder, _)| folder);
-        format!("package({package}) & test(/^{}::/)", module.replace('/', "::"))
+    /// The test that found the fault when the table was made, as nextest selects it; none if no test did.
+    fn found_before(&self) -> String {
+        let row = TABLE.lines().map(|row| row.split('\t').collect::<Vec<_>>()).find(|row| row[0] == self.get("name"));
+        row.filter(|row| row[2].contains(' ')).map_or_else(|| "none()".to_owned(), |row| only(row[2]))
     }
+}
+
+/// A test by its program and name, as nextest selects it.
+fn only(test: &str) -> String {
+    let (program, name) = test.split_once(' ').unwrap_or_default();
+    format!("binary_id(={program}) & test(={name})")
 }
 
 fn parse(list: &str) -> Vec<Fault<'_>> {
@@ -163,13 +171,12 @@ type Found = (&'static str, String, f32);
 
 /// Adds tests that fail anyway or by chance, which find nothing, to those that are left `out`.
 fn hunt(tree: &Path, fault: &Fault<'_>, is_full: bool, out: &mut String) -> Result<Found, String> {
-    let (started, on, nearest) = (Instant::now(), fault.get("name"), fault.nearest());
-    let others = format!("all() - ({nearest})");
+    let (started, on, first) = (Instant::now(), fault.get("name"), fault.found_before());
+    let others = format!("all() - ({first})");
     let tiers = [("fast", "default"), ("full", "only")].into_iter().take(if is_full { 2 } else { 1 });
-    for ((tier, ignored), filter) in tiers.flat_map(|tier| [(tier, &nearest), (tier, &others)]) {
+    for ((tier, ignored), filter) in tiers.flat_map(|tier| [(tier, &first), (tier, &others)]) {
         while let Some((test, when)) = first_failure(tree, on, &format!("({filter}) - ({out})"), ignored)? {
-            let (program, name) = test.split_once(' ').unwrap_or_default();
-            let alone = format!("binary_id(={program}) & test(={name})");
+            let alone = only(&test);
             let fails = |on| first_failure(tree, on, &alone, ignored).map(|found| found.is_some());
             if fails(on)? && !fails("")? {
                 return Ok((tier, test, (when - started).as_secs_f32()));
@@ -214,6 +221,8 @@ mod tests {
         let of = |key| faults.iter().filter_map(|fault| fault.0.get(key)).collect::<BTreeSet<_>>().len();
         assert_eq!((faults.len(), of("name"), of("what"), of("commit")), (24, 24, 24, 12));
         assert!(faults.iter().all(|fault| fault.0.contains_key("commit") == (fault.get("kind") == "mended")));
+        let found = faults.iter().filter(|fault| fault.found_before() != "none()").count();
+        assert_eq!((TABLE.lines().count(), found), (25, 24), "a header, and a row for each fault with its test");
     }
 
     #[test]

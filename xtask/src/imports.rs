@@ -260,13 +260,9 @@ fn folders_of_the_library_stand_on_floors() {
 
 #[test]
 fn one_file_of_the_product_names_the_papers() {
-    let workspace = crate::command::workspace();
-    let mut found = files::below(&workspace.join("crates")).expect("a folder");
-    found.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
-    found.retain(|path| files::read(path).expect("source is text").contains("lanternfish_papers"));
-    found.sort();
-    let named: Vec<_> = found.iter().map(|path| path.strip_prefix(workspace).expect("it lies below")).collect();
-    assert_eq!(named, PAPERS.map(Path::new));
+    let files = files::texts("crates", &["rs"]);
+    let naming = files.iter().filter(|(_, text)| text.contains("lanternfish_papers")).map(|(file, _)| file);
+    assert_eq!(naming.collect::<Vec<_>>(), PAPERS);
 }
 
 #[test]

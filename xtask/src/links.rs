@@ -1,12 +1,26 @@
-//! Every relative link of every page leads to a file, and to a heading of it where it names one.
+//! Every relative link of every page leads to a file, and to a heading of it where it names one. Files that the pages
+//! about the sources name exist.
 
 use std::{fs, path::Path};
 
-use crate::{command::workspace, files::texts};
+use crate::{
+    command::workspace,
+    files::{below, read, texts},
+};
+
+/// Pages that name files of the sources by their paths, or by the ends of these.
+const OF_SOURCES: [&str; 3] = ["ARCHITECTURE.md", "CONVENTIONS.md", "CONTRIBUTING.md"];
 
 /// Targets of the links and images of a page: what stands between `](` and `)`.
 fn targets(page: &str) -> impl Iterator<Item = &str> {
     page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target)
+}
+
+/// Paths of files that a page names in backticks: with a folder and an ending.
+fn named_files(page: &str) -> impl Iterator<Item = &str> {
+    let is_word = |text: &str| text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-./*".contains(&byte));
+    let has_ending = |path: &str| path.rsplit_once('/').is_some_and(|(_, file)| file.contains('.'));
+    page.split('`').skip(1).step_by(2).filter(move |code| is_word(code) && has_ending(code))
 }
 
 /// The anchor that Git hosts give a heading.
@@ -53,6 +67,19 @@ fn every_link_of_every_page_leads_somewhere() {
     }
     assert!(count > 100, "{count} links");
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn files_that_pages_name_exist() {
+    let files = below(workspace()).expect("the workspace can be read");
+    for page in OF_SOURCES {
+        let text = read(&workspace().join(page)).expect("the page is there");
+        let is_there = |path: &str| workspace().join(path).exists() || files.iter().any(|file| file.ends_with(path));
+        let missing: Vec<_> = named_files(&text).filter(|path| !is_there(path)).collect();
+        assert!(missing.is_empty(), "{page} names files that do not exist: {missing:?}");
+    }
+    let text = "`a/b.rs` `` `a b/c.rs` `` a/d.rs\n```sh\nrun a/e.rs\n```\n`a/f/`, `g.rs` and `.h/i.toml`";
+    assert_eq!(named_files(text).collect::<Vec<_>>(), ["a/b.rs", ".h/i.toml"]);
 }
 
 #[test]

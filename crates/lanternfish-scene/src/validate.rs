@@ -216,27 +216,7 @@ impl Material {
     /// Checks that the material is as the type documents, in a scene with `texture_count` textures; the error is the first fault.
     #[doc(hidden)]
     pub fn validate(&self, texture_count: usize) -> Result<(), String> {
-        let textures = [
-            self.base_color_texture,
-            self.metallic_roughness_texture,
-            self.normal_texture,
-            self.occlusion_texture,
-            self.emissive_texture,
-            self.specular_texture,
-            self.specular_color_texture,
-            self.transmission_texture,
-            self.diffuse_transmission_texture,
-            self.diffuse_transmission_color_texture,
-            self.clearcoat_texture,
-            self.clearcoat_roughness_texture,
-            self.clearcoat_normal_texture,
-            self.sheen_color_texture,
-            self.sheen_roughness_texture,
-            self.anisotropy_texture,
-            self.iridescence_texture,
-            self.iridescence_thickness_texture,
-        ];
-        for texture in textures.into_iter().flatten() {
+        for texture in self.textures().into_iter().flatten() {
             if texture.texture >= texture_count || texture.uv_set > 1 || !texture.texture_from_uv.is_finite() {
                 return Err(format!("{texture:?} with {texture_count} textures"));
             }

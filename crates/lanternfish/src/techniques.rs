@@ -134,8 +134,7 @@ impl Indirect {
 
 impl Kind for dyn CausticTechnique {
     const FLAG: &'static str = "caustics";
-    const HELP: &'static str =
-        "Light that mirrors throw onto other surfaces, beside an `indirect` that leaves it out: none, virtual-lights.";
+    const HELP: &'static str = "Light that mirrors throw onto other surfaces, if `indirect` is none or virtual-lights.";
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "What `indirect` finds of it";

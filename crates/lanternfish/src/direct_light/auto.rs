@@ -122,4 +122,14 @@ mod tests {
         }
         assert!(Direct::all().iter().any(|direct| direct.name() == AutoLights::NAME));
     }
+
+    #[test]
+    fn a_parameter_is_the_samples_parameter_of_its_name() {
+        let mut auto = AutoLights::default();
+        for parameter in AutoLights::PARAMETERS {
+            let row = SampledLights::ROWS.iter().find(|row| row.info.name == parameter.info.name).unwrap();
+            let own = std::ptr::from_mut((parameter.of)(&mut auto)).cast::<()>();
+            assert_eq!(own, std::ptr::from_mut((row.of)(&mut auto.0)).cast::<()>(), "{}", row.info.name);
+        }
+    }
 }

@@ -17,8 +17,8 @@ use std::sync::OnceLock;
 
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
-    storage_buffer_of,
+    Bindings, ComputeKernel, Engine, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back,
+    storage_buffer, storage_buffer_of,
 };
 use lanternfish_scene::{Bounds, Camera, Environment, Instance, Material, Mesh, Primitive, Projection, Scene};
 
@@ -49,6 +49,22 @@ const PROBES: [ShaderSource; 15] = [
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];
 
+/// Every animated sample, below `assets/conformance/` of the shared files.
+pub const ANIMATED: [&str; 12] = [
+    "AnimatedCube/AnimatedCube.gltf",
+    "AnimatedTriangle/AnimatedTriangle.gltf",
+    "AnimatedMorphCube.glb",
+    "BoxAnimated.glb",
+    "CesiumMan.glb",
+    "CesiumMilkTruck.glb",
+    "Fox.glb",
+    "InterpolationTest.glb",
+    "RiggedFigure.glb",
+    "RiggedSimple.glb",
+    "SimpleMorph/SimpleMorph.gltf",
+    "SimpleSkin/SimpleSkin.gltf",
+];
+
 /// The library's shaders and the probes.
 pub fn sources() -> Vec<ShaderSource> {
     SHADERS.sources().iter().copied().chain(PROBES).collect()
@@ -62,15 +78,33 @@ pub fn library() -> ShaderLibrary {
 
 /// The library with an edit of one file, which must contain `text`; all occurrences are replaced.
 pub fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
-    let edit = |(path, source): &ShaderSource| {
-        if *path != module {
-            return (*path, *source);
-        }
-        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
-        (*path, &*source.replace(text, by).leak())
-    };
-    assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
-    ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
+    edited(library().sources(), (module, text, by))
+}
+
+/// As [`edited_library`], of any sources.
+pub fn edited(sources: &[ShaderSource], edit: (&str, &str, &str)) -> ShaderLibrary {
+    let replaced =
+        |&(path, source)| if path == edit.0 { (path, &*edited_text(source, edit).leak()) } else { (path, source) };
+    assert!(sources.iter().any(|(path, _)| *path == edit.0), "there is no {}", edit.0);
+    ShaderLibrary::new(sources.iter().map(replaced).collect::<Vec<_>>().leak())
+}
+
+fn edited_text(source: &str, (module, text, by): (&str, &str, &str)) -> String {
+    assert!(source.contains(text) && text != by, "{module} has no {text:?}");
+    source.replace(text, by)
+}
+
+/// The text of a file of the library with this edit, for [`crate::shaders::edit`].
+pub fn edited_file(edit: (&str, &str, &str)) -> (String, String) {
+    let (_, source) = SHADERS.sources().iter().find(|(path, _)| *path == edit.0).expect("a file of the library");
+    (edit.0.to_owned(), edited_text(source, edit))
+}
+
+/// An engine that is not shared and has these edits: module, text and what replaces it.
+pub fn edited_engine(gpu: &Gpu, edits: &[(&str, &str, &str)]) -> Engine {
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    crate::shaders::edit(&engine, edits.iter().copied().map(edited_file).collect());
+    engine
 }
 
 /// One entry point of a probe.

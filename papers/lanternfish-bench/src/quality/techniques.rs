@@ -1,8 +1,8 @@
 //! Every technique of the renderer, one per row.
 //!
-//! Each row changes one setting from the renderer's recommended settings of direct light. The rows come from the
-//! settings' own lists of values, and [`techniques`] destructures [`Settings`] completely. A new setting without a row
-//! therefore does not compile, and a new value without a row fails a test.
+//! Each row changes one setting from the renderer's recommended settings of direct light. Rows come from the settings'
+//! own lists of values where these are short. Tests fail for a setting of [`Settings`] that has neither rows nor a
+//! stated reason, and for a named value without a row.
 
 use lanternfish::{
     settings::{Caustics, Culling, Direct, Indirect, Materials, Occlusion, Quality, Settings, TextureBinding, Tracer},

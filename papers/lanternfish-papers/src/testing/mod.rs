@@ -40,14 +40,5 @@ pub(crate) fn library() -> ShaderLibrary {
 
 /// [`library`] with an edit of one file, which must contain `text`; all occurrences are replaced.
 pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
-    let edit = |(path, source): &ShaderSource| {
-        if *path != module {
-            return (*path, *source);
-        }
-        assert!(source.contains(text) && text != by, "{module} has no {text:?}");
-        (*path, &*source.replace(text, by).leak())
-    };
-    let all = library();
-    assert!(all.sources().iter().any(|(path, _)| *path == module), "there is no {module}");
-    ShaderLibrary::new(all.sources().iter().map(edit).collect::<Vec<_>>().leak())
+    edited(library().sources(), (module, text, by))
 }

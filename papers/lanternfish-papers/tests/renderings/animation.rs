@@ -5,6 +5,7 @@ use lanternfish::{
     GpuScene, Renderer, Settings,
     settings::{Attenuation, Shadows, Tracer},
     techniques::Sampled,
+    testing::ANIMATED,
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_papers::{
@@ -21,21 +22,6 @@ use lanternfish_scene::{
 use crate::support::{differing, quad, scene_of};
 
 const SIZE: (u32, u32) = (64, 48);
-/// Every animated sample.
-const SAMPLES: [&str; 12] = [
-    "AnimatedCube/AnimatedCube.gltf",
-    "AnimatedTriangle/AnimatedTriangle.gltf",
-    "AnimatedMorphCube.glb",
-    "BoxAnimated.glb",
-    "CesiumMan.glb",
-    "CesiumMilkTruck.glb",
-    "Fox.glb",
-    "InterpolationTest.glb",
-    "RiggedFigure.glb",
-    "RiggedSimple.glb",
-    "SimpleMorph/SimpleMorph.gltf",
-    "SimpleSkin/SimpleSkin.gltf",
-];
 /// Fractions of the animation's duration.
 const TIMES: [f32; 5] = [0.0, 0.21, 0.45, 0.7, 0.93];
 
@@ -106,7 +92,7 @@ fn gpu_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
 
 #[gpu_test(full, crate::gpu)]
 fn gpu_every_animation_on_the_device_equals_an_upload(gpu: &Gpu) {
-    check_samples(gpu, "gpu_every_animation_on_the_device_equals_an_upload", &SAMPLES, &TIMES);
+    check_samples(gpu, "gpu_every_animation_on_the_device_equals_an_upload", &ANIMATED, &TIMES);
 }
 
 /// A floor, and above it a sheet with two joints, one of which is animated: half of the sheet folds down. The last instance is a block.

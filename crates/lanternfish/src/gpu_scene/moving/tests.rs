@@ -21,7 +21,7 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     settings::{DebugView, Shadows, Tracer},
     techniques::Sampled,
-    testing::{quad, scene_of},
+    testing::{ANIMATED, quad, scene_of},
 };
 
 /// Fractions of an animation's duration.
@@ -268,20 +268,7 @@ fn gpu_deformations_on_device_and_host_agree(gpu: &Gpu) {
 #[gpu_test(full)]
 fn gpu_deformations_of_files_on_device_and_host_agree(gpu: &Gpu) {
     let renderer = tracing(gpu);
-    for sample in [
-        "AnimatedCube/AnimatedCube.gltf",
-        "AnimatedTriangle/AnimatedTriangle.gltf",
-        "AnimatedMorphCube.glb",
-        "BoxAnimated.glb",
-        "CesiumMan.glb",
-        "CesiumMilkTruck.glb",
-        "Fox.glb",
-        "InterpolationTest.glb",
-        "RiggedFigure.glb",
-        "RiggedSimple.glb",
-        "SimpleMorph/SimpleMorph.gltf",
-        "SimpleSkin/SimpleSkin.gltf",
-    ] {
+    for sample in ANIMATED {
         let path = format!("assets/conformance/{sample}");
         let Some(path) = testing::shared("deformations of files", &path) else { return };
         compare(gpu, &renderer, sample, &lanternfish_scene::load(path.to_str().unwrap()).unwrap());

@@ -1,21 +1,17 @@
 //! Shaders that are replaced at run time.
 
-use std::collections::BTreeMap;
-
 use lanternfish_gpu::{Engine, ShaderTexts, testing};
 use lanternfish_scene::generate::demo;
 
 use crate::{
     RenderError, Renderer, Settings, Target, ViewRequest,
     settings::{Culling, Exposure, Shadows},
-    shaders::SHADERS,
+    testing::edited_file,
 };
 
 /// A file of the library with one passage replaced.
 fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
-    let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
-    assert!(text.contains(from), "{module} has {from}");
-    BTreeMap::from([(module.to_owned(), text.replace(from, to))])
+    [edited_file((module, from, to))].into()
 }
 
 #[gpu_test]

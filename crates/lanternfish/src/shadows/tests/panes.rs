@@ -7,9 +7,9 @@ use lanternfish_scene::{AlphaMode, Camera, Image, Light, Material, Sampler, Scen
 use crate::{
     Renderer, Settings,
     settings::{Indirect, Samples, Shadows, Tracer},
-    shaders::{self, SHADERS},
     techniques::{Denoise, HitLight, Sampled, SampledLights},
     testing::{
+        edited_engine,
         light::{LARGE, SIZE, closed_box, looking, matt, sampled, settings, traced_of},
         quad, scene_of,
     },
@@ -115,10 +115,7 @@ fn gpu_panes_and_leaves_cast_the_shadows_of_the_path_tracer(gpu: &Gpu) {
         ("shadows/tinted", "incoming.irradiance * part", "incoming.irradiance"),
         ("direct_light/sampled/trace", "seen = passes();", "seen = vec3f(1.0);"),
     ] {
-        let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
-        assert!(text.contains(from), "{module} has {from}");
-        let engine = Engine::new(&gpu.device, &gpu.queue);
-        shaders::edit(&engine, [(module.to_owned(), text.replace(from, to))].into());
+        let engine = edited_engine(gpu, &[(module, from, to)]);
         let settings = if module.contains("sampled") { few.clone() } else { direct() };
         let wrong = error(&drawn(&engine, settings, &scene, &camera, LARGE), &of_sun[0], &of_sun[1]);
         assert!(wrong > 0.05, "blind to {to}: {wrong}");

@@ -1,27 +1,18 @@
 //! Rasterizers snap vertices to a grid in the image, and a depth is that of the snapped triangle.
 
-use lanternfish_gpu::{Engine, Gpu, ShaderTexts, testing};
+use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::generate::{demo, light_rain};
 
 use crate::{
     Renderer, Settings,
     settings::Shadows,
-    shaders::{SHADERS, edit},
-    testing::{apart, moved},
+    testing::{apart, edited_engine, moved},
 };
-
-/// A shader file with one piece of text replaced.
-fn edited((module, from, to): (&str, &str, &str)) -> (String, String) {
-    let (_, text) = *SHADERS.sources().iter().find(|(path, _)| *path == module).expect("it is a file of the library");
-    assert_eq!(text.matches(from).count(), 1, "{module} has {from:?} once");
-    (module.to_owned(), text.replace(from, to))
-}
 
 /// Pixels of the Cornell box in light rain, with its parts rotated, under shaders with these edits. Rays are offset for a grid of
 /// `assumed_bits`, by default the adapter's.
 fn pixels(gpu: &Gpu, edits: &[(&str, &str, &str)], assumed_bits: Option<i32>) -> Vec<[f32; 4]> {
-    let engine = Engine::new(&gpu.device, &gpu.queue);
-    edit(&engine, edits.iter().copied().map(edited).collect::<ShaderTexts>());
+    let engine = edited_engine(gpu, edits);
     let settings = Settings::direct_light().with_shadows(Shadows::BVH);
     let mut renderer = Renderer::with_engine(&engine, settings).unwrap();
     assert_eq!(renderer.vertex_grid, 0.5f32.powi(engine.subpixel_bits() as i32));

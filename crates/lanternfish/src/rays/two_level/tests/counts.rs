@@ -3,11 +3,10 @@
 use std::f32::consts::PI;
 
 use glam::{Quat, Vec3Swizzles};
-use lanternfish_gpu::Engine;
 use lanternfish_scene::generate;
 
 use super::*;
-use crate::shaders::{SHADERS, edit};
+use crate::testing::edited_engine;
 
 const DISTANCE: &str = "return hit_distance(first_triangle(origin + offset * direction, direction, NO_HIT), offset);";
 const COUNT: &str = "var walk: Walk;
@@ -20,10 +19,7 @@ const COUNT: &str = "var walk: Walk;
 fn nodes_a_ray(gpu: &Gpu, scene: &Scene, tracer: Tracer, rays: &[TracedRay]) -> f64 {
     let uploaded = renderer(gpu, tracer).upload(scene).unwrap();
     let path = if tracer == Tracer::BVH { "rays/bvh/tracer" } else { "rays/two_level/tracer" };
-    let (_, text) = SHADERS.sources().iter().find(|(own, _)| *own == path).unwrap();
-    assert!(text.contains(DISTANCE), "{path}");
-    let engine = Engine::new(&gpu.device, &gpu.queue);
-    edit(&engine, [(path.to_owned(), text.replace(DISTANCE, COUNT))].into());
+    let engine = edited_engine(gpu, &[(path, DISTANCE, COUNT)]);
     let counts = engine.within(|| distances(gpu, &uploaded, tracer, rays));
     counts.iter().map(|count| f64::from(*count)).sum::<f64>() / rays.len() as f64
 }
