@@ -202,7 +202,8 @@ pub fn run(args: &PapersArgs, matches: &ArgMatches, trust: TrustArgs) -> Result<
                 let display = shown(&image, look.exposure, look.tone_map).0;
                 let is_alone = changes.is_empty();
                 let mut lines = Vec::new();
-                if image.width == truths[0].width {
+                // The ground truths are of one view.
+                if !changes.contains(&two_eyes[0]) {
                     lines.push(format!("all light: {}", look.compared(&image, &truths[0])?));
                     let own = truth_of(paper).filter(|_| is_alone);
                     let own = own.map(|own| Ok::<_, CliError>((own, look.compared(&image, &truths[own])?)));

@@ -42,10 +42,10 @@ pub struct RunArgs {
     /// Leaves out rows that would not end within this time. The first row of each table is measured.
     #[arg(long, value_name = "SECONDS", hide_short_help = true)]
     pub seconds: Option<f64>,
-    /// A deliberate fault, ROW = CHANGES: rows whose names contain ROW are made with these changes of settings, and keep their names.
-    /// Repeatable.
-    #[arg(long = "fault", value_name = "ROW = CHANGES", value_parser = fault, hide = true)]
-    pub faults: Vec<(String, String)>,
+    /// A deliberate fault, ROW = CHANGES: rows whose names contain ROW are made with these changes of settings, and
+    /// keep their names. One a run: claims compare rows of one table.
+    #[arg(long, value_name = "ROW = CHANGES", value_parser = fault, hide = true)]
+    pub fault: Option<(String, String)>,
     /// Adapter: a part of its name, gpu for a graphics card, cpu for software.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
@@ -63,7 +63,7 @@ pub struct Bench {
     /// Shared by all configurations, so that common pipelines are compiled once.
     pub engine: Engine,
     pub runs: u32,
-    faults: Vec<(String, String)>,
+    fault: Option<(String, String)>,
     /// When no further row begins.
     deadline: Option<Instant>,
     /// Of all steps but ground truths.
@@ -123,8 +123,8 @@ impl Bench {
         let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
         let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
         let longest = Cell::default();
-        let (runs, faults) = (args.runs, args.faults.clone());
-        Ok(Self { folder, gpu, engine, runs, faults, deadline, longest, progress, report, left_out })
+        let (runs, fault) = (args.runs, args.fault.clone());
+        Ok(Self { folder, gpu, engine, runs, fault, deadline, longest, progress, report, left_out })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -233,10 +233,10 @@ impl Bench {
         report.write(&self.folder)
     }
 
-    /// The settings with which the row of this name is made: those given, with the changes of deliberate faults.
+    /// The settings with which the row of this name is made: those given, with the changes of the deliberate fault.
     pub fn made(&self, row: &str, settings: &Settings) -> Settings {
-        let faults = self.faults.iter().filter(|(words, _)| row.contains(words.as_str()));
-        faults.fold(settings.clone(), |settings, (_, changes)| changed(&settings, changes))
+        let fault = self.fault.as_ref().filter(|(words, _)| row.contains(words.as_str()));
+        fault.map_or_else(|| settings.clone(), |(_, changes)| changed(settings, changes))
     }
 
     /// A renderer with these settings.

@@ -1,7 +1,6 @@
 //! `lanternfish-bench forward-plus`: the tables of [Elagabani2025, ch. 5]: savings of each optimisation of shadow rays,
 //! and errors of normals from depth.
 
-mod depth_alone;
 mod positions;
 mod savings;
 
@@ -255,7 +254,6 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     of.view.size = args.normals_size.unwrap_or(size);
     let normals = of.normals()?;
     of.view.size = size;
-    let depth_alone = of.depth_alone()?;
     let (bench, Size { width, height }) = (of.bench, of.view.size);
     let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
     let facts = Row::default().data("width", width).data("height", height).data("light_count", lights);
@@ -276,7 +274,6 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     bench.section("Savings in pairs", savings::TEXT, "savings", savings);
     bench.section("Positions from depth (alg. 4.1)", positions::TEXT, "positions", positions::rows());
     bench.section("Normals from depth (fig. 5.3)", "", "normals", normals);
-    bench.section("Depth alone (ch. 6)", depth_alone::TEXT, "depth_alone", depth_alone);
     bench.report().heading("Images");
     bench.report().paragraph(
         "Rays per pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",

@@ -48,9 +48,6 @@ pub struct Measured {
     /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights
     /// and views.
     pub differing_pixels: usize,
-    /// What the clusters of one view hold.
-    #[serde(skip)]
-    pub contents: Vec<GridContents>,
 }
 
 impl Measured {
@@ -158,9 +155,7 @@ impl ClusterBench<'_> {
             Views::UnalignedIndividual | Views::UnalignedEnclosed => &self.unaligned,
         };
         let images = renderer.render_views(&lit.scene, cameras)?;
-        let mut contents = renderer.cluster_contents()?;
-        let counts = counts(&images, &contents);
-        contents.retain(|_| views == Views::Mono);
+        let counts = counts(&images, &renderer.cluster_contents()?);
         let ms = Timed::each(self.bench.runs, || {
             let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
             Ok::<_, RenderError>(Steps::of(passes).0)
@@ -177,7 +172,6 @@ impl ClusterBench<'_> {
             counts,
             ms: Steps(ms.map(|times| times.median())),
             differing_pixels,
-            contents,
         })
     }
 }

@@ -180,7 +180,6 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         bench.section("Shapes over perspective clusters", compared::SHAPES, "shapes", shapes);
         let grids = compared::grids(rows.iter().chain(&others));
         bench.section("One grid around two views", compared::GRIDS, "grids", grids);
-        bench.section("Clusters outside of the view", compared::WASTE, "ortho_waste", compared::waste(&rows));
     }
     bench.report().keep_data("rows", &rows);
     bench.report().keep_data("other_rows", &others);

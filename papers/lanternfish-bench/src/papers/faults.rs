@@ -28,9 +28,7 @@ pub struct Fault {
 pub enum How {
     /// Rows whose names contain these words are made with other settings, as `--fault` takes both.
     Made(&'static str, &'static str),
-    /// The part has this argument in place of its own.
-    Argument(&'static str, &'static str),
-    /// The rows with two values of a key are exchanged: only the numbers of a card that is not at hand are changed.
+    /// The rows with two values of a key are exchanged, as if the wrong ones were measured.
     Swapped(&'static str, [&'static str; 2]),
 }
 
@@ -40,32 +38,19 @@ impl Fault {
         Self { name, part, how: How::Made(row, changes) }
     }
 
-    /// The part is run with this value of a flag.
-    pub const fn argument(name: &'static str, part: &'static str, flag: &'static str, value: &'static str) -> Self {
-        Self { name, part, how: How::Argument(flag, value) }
-    }
-
     pub const fn swapped(name: &'static str, part: &'static str, key: &'static str, values: [&'static str; 2]) -> Self {
         Self { name, part, how: How::Swapped(key, values) }
     }
 
     /// The part's arguments with the fault; none where rows are swapped.
     pub fn arguments(self, mut arguments: Vec<String>) -> Option<Vec<String>> {
-        match self.how {
-            How::Made(row, changes) => {
-                // Of the tables of deep images the one with the row is enough.
-                let table = arguments.iter().position(|word| word == "--tables").filter(|_| row.contains(": "));
-                if let (Some(i), Some((group, _))) = (table, row.split_once(": ")) {
-                    arguments[i + 1] = group.to_lowercase();
-                }
-                arguments.extend(["--fault".to_owned(), format!("{row} = {changes}")]);
-            }
-            How::Argument(flag, value) => {
-                let at = arguments.iter().position(|word| word == flag)?;
-                *arguments.get_mut(at + 1)? = value.to_owned();
-            }
-            How::Swapped(..) => return None,
+        let How::Made(row, changes) = self.how else { return None };
+        // Of the tables of deep images the one with the row is enough.
+        let table = arguments.iter().position(|word| word == "--tables").filter(|_| row.contains(": "));
+        if let (Some(i), Some((group, _))) = (table, row.split_once(": ")) {
+            arguments[i + 1] = group.to_lowercase();
         }
+        arguments.extend(["--fault".to_owned(), format!("{row} = {changes}")]);
         // Pairs are timed several times all the same.
         if let Some(i) = arguments.iter().position(|word| word == "--runs") {
             arguments[i + 1] = "1".to_owned();
@@ -139,7 +124,5 @@ fn faults_change_arguments() {
     let changed = |fault: Fault| fault.arguments(words("bench --size 8x8 --runs 7"));
     let made = changed(Fault::made("a", "bench", "deep", "deep-sort selection")).unwrap();
     assert_eq!(made[5..], ["--fault", "deep = deep-sort selection"]);
-    assert_eq!(changed(Fault::argument("a", "bench", "--size", "2x2")), Some(words("bench --size 2x2 --runs 1")));
-    assert_eq!(changed(Fault::argument("a", "bench", "--spp", "2")), None, "the part has no such flag");
     assert_eq!(changed(Fault::swapped("a", "bench", "name", ["b", "c"])), None);
 }

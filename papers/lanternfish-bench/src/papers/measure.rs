@@ -7,13 +7,6 @@ use lanternfish_cli::timed::Timed;
 /// Pairs of runs from which on the interval of their median has 95 %.
 const PAIRS: usize = 6;
 
-/// By how much times of one frame may differ that were not measured in turn. On a processor beside other work frames of
-/// equal rays took 196 and 283 ms; of a graphics card at steady clocks the first row of a table and its repetition
-/// differ by less than a tenth.
-pub fn margin(is_software: bool) -> f64 {
-    if is_software { 1.5 } else { 1.1 }
-}
-
 /// A number; with runs where it is a time, or computed from times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {

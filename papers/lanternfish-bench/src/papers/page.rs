@@ -6,9 +6,8 @@ use serde::Deserialize;
 use super::{
     Paper,
     claims::{NOT_MEASURED, Verdict},
-    measure::margin,
     parts::{Form, Part},
-    rows::Reports,
+    rows::{OF_CARDS, Reports},
     runner::Ran,
     tables::TABLES,
 };
@@ -83,10 +82,12 @@ pub fn page(papers: &[Paper], machine: &Machine, form: Form, reports: &Reports, 
     page.paragraph(format!(
         "A claim on times is confirmed if the whole interval of the figure fulfils its rule, refuted if no part does, and else within noise. \
          Paired times: rows measured in turn, run by run, six runs or more; the figure is the median of the pairs, the interval has 95 %. Times \
-         apart: all others; the interval is that of all runs, with a margin of {} × for what changes meanwhile. Fitted: the rule is fulfilled by \
+         apart: all others; the interval is that of all runs, with a margin of {:.2} ×: by so much the times of rows of equal settings differ in this \
+         run; {:.2} × in the stored reports of a card. Fitted: the rule is fulfilled by \
          values that the paper does not state, which were chosen to fulfil it. Lost by: the deliberate fault with which the claim is not confirmed, \
          `lanternfish-bench papers --fault NAME`.",
-        margin(machine.is_software)
+        reports.margin(""),
+        reports.margin(OF_CARDS[0].0)
     ));
     page.show(counted(papers, reports));
     let mut claims = Vec::new();

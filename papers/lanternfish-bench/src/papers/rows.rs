@@ -7,9 +7,10 @@ use std::{
     collections::{BTreeMap, BTreeSet},
 };
 
+use lanternfish_cli::timed::Timed;
 use serde_json::Value;
 
-use super::measure::{Measure, margin};
+use super::measure::Measure;
 
 /// A figure, or why there is none.
 pub type Found<T> = Result<T, String>;
@@ -23,10 +24,36 @@ pub const OF_CARDS: [(&str, &str); 2] = [
 /// Samples a pixel of the path tracer's image below which no claim on errors is judged.
 const LEAST_SAMPLES: f64 = 32.0;
 
+/// By how much a time differs at most between rows of equal settings in several tables of a report; none without such
+/// rows.
+fn repeated(report: &Value) -> Option<f64> {
+    const TIMES: [&str; 3] = ["total_ms", "rate_random", "random_m_s"];
+    const SIZES: [&str; 3] = ["directions", "resolution", "supersampling"];
+    let mut all = BTreeMap::<_, Vec<f64>>::new();
+    for (table, rows) in report.as_object()? {
+        for row in rows.as_array().into_iter().flatten().filter(|row| row.get("group").is_some()) {
+            let is_setting = |key: &str, value: &Value| key != "group" && value.is_string() || SIZES.contains(&key);
+            let settings = row.as_object().into_iter().flatten().filter(|(key, value)| is_setting(key, value));
+            let settings: Vec<_> = settings.map(|(_, value)| value.to_string()).collect();
+            for (key, time) in TIMES.iter().filter_map(|key| Some((*key, row.get(key)?.as_f64()?))) {
+                all.entry((table, key, settings.clone())).or_default().push(time);
+            }
+        }
+    }
+    let spreads = all.into_values().filter(|times| times.len() > 1).map(|runs| Timed { runs });
+    spreads.map(|times| times.most() / times.least()).reduce(f64::max)
+}
+
+fn is_of_card(part: &str) -> bool {
+    OF_CARDS.iter().any(|(known, _)| *known == part)
+}
+
 /// The reports of all parts that were requested; of one that failed, its reason.
 #[derive(Debug, Default)]
 pub struct Reports {
     parts: BTreeMap<String, Found<Value>>,
+    /// Of parts with rows that are repeated, by how much these differ.
+    spreads: BTreeMap<String, f64>,
     /// Whether the adapter is a processor, whose times say nothing of a graphics card's.
     pub is_software: bool,
     /// Part, table and number of each row that was read.
@@ -44,7 +71,19 @@ impl Reports {
     }
 
     pub fn add(&mut self, part: &str, outcome: Found<Value>) {
+        // With a fault a part has few rows: the stored run still says how steady the machine is.
+        if let Some(spread) = outcome.as_ref().ok().and_then(repeated) {
+            self.spreads.insert(part.to_owned(), spread);
+        }
         self.parts.insert(part.to_owned(), outcome);
+    }
+
+    /// By how much times of a part that were not measured in turn may differ: as its repeated rows do, or else as those
+    /// of the other parts by the same adapter; at least by a tenth, and by half beside other work of a processor.
+    pub fn margin(&self, part: &str) -> f64 {
+        let alike = self.spreads.iter().filter(|(other, _)| is_of_card(other) == is_of_card(part));
+        let least = if self.is_software && !is_of_card(part) { 1.5 } else { 1.1 };
+        self.spreads.get(part).copied().unwrap_or(alike.fold(least, |most, (_, spread)| most.max(*spread))).max(least)
     }
 
     /// Exchanges two values of a key in all rows of a part.
@@ -62,8 +101,7 @@ impl Reports {
     pub fn part(&self, name: &str) -> Found<Node<'_>> {
         let outcome = self.parts.get(name).ok_or_else(|| format!("{name} was not run"))?;
         let json = outcome.as_ref().map_err(|reason| format!("{name}: {reason}"))?;
-        let is_of_card = OF_CARDS.iter().any(|(known, _)| *known == name);
-        Ok(Node { place: name.to_owned(), json, part: json, margin: margin(self.is_software && !is_of_card) })
+        Ok(Node { place: name.to_owned(), json, part: json, margin: self.margin(name) })
     }
 
     /// The rows of a table of a part that fulfil a condition; at least one.
@@ -240,6 +278,22 @@ mod tests {
         assert_eq!(sum([]), Err("there is nothing to add".to_owned()));
         let read = json!({ "runs": 3, "truth_samples": 16, "rows": reports.part("photons").unwrap().json["rows"] });
         assert_eq!(reports.read_of("photons"), read, "facts, and what was read");
+    }
+
+    #[test]
+    fn the_margin_is_the_difference_of_repeated_rows() {
+        let row = |group: &str, images: &str, ms: f64| json!({ "group": group, "images": images, "total_ms": ms });
+        let rows = |last| json!({ "built": [row("1", "arrays", 2.0), row("1", "lists", 8.0), row("2", last, 5.0)] });
+        let mut reports = Reports { is_software: true, ..Reports::default() };
+        let margins = |reports: &Reports| ["a", "b", OF_CARDS[0].0].map(|part| reports.margin(part));
+        reports.add("a", Ok(rows("trees")));
+        assert_eq!(margins(&reports), [1.5, 1.5, 1.1], "nothing is repeated");
+        reports.add("a", Ok(rows("arrays")));
+        assert_eq!(margins(&reports), [2.5, 2.5, 1.1], "also of what repeats nothing, but not of another adapter");
+        reports.add("a", Ok(rows("trees")));
+        assert_eq!(reports.margin("a"), 2.5, "a fault's rows do not narrow it");
+        let time = reports.row("a", "built", |_| true).unwrap().time("total_ms").unwrap();
+        assert!((time.interval().unwrap().0[1] / 2.0 - 2.5_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

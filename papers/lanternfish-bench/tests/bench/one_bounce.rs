@@ -81,8 +81,19 @@ fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
     }
     let flicker = report["flicker"].as_array().unwrap();
     assert!(flicker.len() == 4 && flicker.iter().all(|row| row["places"].as_u64().unwrap() > 300), "{flicker:?}");
+    // His steps, and their sum, of the three techniques that have them.
+    for name in ["virtual-lights", "as in the paper", "as in the paper, our deep images"] {
+        let table = report["archer_table_1"].as_array().unwrap();
+        let row = table.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("no {name} in {table:?}"));
+        let steps: Vec<f64> = (0..7).map(|i| row[format!("steps/{i}")].as_f64().unwrap()).collect();
+        let sum: f64 = steps.iter().sum();
+        assert!(
+            steps.iter().all(|ms| *ms > 0.0) && (row["steps/*"].as_f64().unwrap() / sum - 1.0).abs() < 1e-6,
+            "{row}"
+        );
+    }
     assert!(
-        said.contains("| Build VPL buffer |") && said.contains("| 64² | ") && said.contains("## Flicker"),
+        said.contains("## Table 1: steps, ms") && said.contains("| 64² | ") && said.contains("## Flicker"),
         "{said}"
     );
 }

@@ -183,10 +183,3 @@ named_enum! {
         LinearSteps = "linear_steps": "From fragment to fragment",
     }
 }
-
-impl DeepBuilder {
-    /// True of builders that draw the scene once, and sample it then.
-    pub const fn is_single_pass(self) -> bool {
-        matches!(self, Self::SinglePass | Self::SinglePassLiteral)
-    }
-}

@@ -99,20 +99,18 @@ pub struct Figure {
     pub measure: Measure,
     /// Explains the figure; stands behind it.
     note: String,
-    /// Why it cannot confirm the claim, where it cannot.
-    caveat: Option<String>,
 }
 
 impl From<Measure> for Figure {
     fn from(measure: Measure) -> Self {
-        Self { measure, note: String::new(), caveat: None }
+        Self { measure, note: String::new() }
     }
 }
 
 impl Measure {
     /// A figure that a note explains.
     pub fn noted(self, note: impl Into<String>) -> Figure {
-        Figure { note: note.into(), ..self.into() }
+        Figure { measure: self, note: note.into() }
     }
 }
 
@@ -204,14 +202,13 @@ impl Claim {
         };
         match self.figure(reports) {
             Err(why) => judged.verdict = Verdict::NotTestable(format!("{NOT_MEASURED}, because {why}")),
-            Ok(Figure { measure, note, caveat }) => {
-                judged.verdict = match (self.by_rule(&measure), &self.sort, caveat) {
-                    (_, Sort::Untestable(why), _) => Verdict::NotTestable((*why).to_owned()),
-                    (_, Sort::OfACard, _) if reports.is_software => {
+            Ok(Figure { measure, note }) => {
+                judged.verdict = match (self.by_rule(&measure), &self.sort) {
+                    (_, Sort::Untestable(why)) => Verdict::NotTestable((*why).to_owned()),
+                    (_, Sort::OfACard) if reports.is_software => {
                         Verdict::NotTestable("the speed of a graphics card, and this adapter is software".to_owned())
                     }
-                    (Verdict::Confirmed(_), _, Some(why)) => Verdict::NotTestable(why),
-                    (Verdict::Confirmed(_), Sort::Fitted(_), None) => Verdict::Fitted,
+                    (Verdict::Confirmed(_), Sort::Fitted(_)) => Verdict::Fitted,
                     (verdict, ..) => verdict,
                 };
                 let value = measure.decisive();
@@ -339,13 +336,6 @@ mod tests {
         assert_eq!(verdict(&missing, true), Verdict::NotTestable("not measured, because no row deep".to_owned()));
         let why = "it lists no lights";
         assert_eq!(verdict(&saving(figure(0.25)).untestable(why), true), Verdict::NotTestable(why.to_owned()));
-    }
-
-    #[test]
-    fn a_caveat_keeps_from_confirming_alone() {
-        let figure = |value| Figure { caveat: Some("too few".to_owned()), ..Measure::exact(value).into() };
-        assert_eq!(verdict(&saving(figure(0.3)), false), Verdict::NotTestable("too few".to_owned()));
-        assert_eq!(verdict(&saving(figure(0.1)), false), Verdict::Refuted);
     }
 
     #[test]
