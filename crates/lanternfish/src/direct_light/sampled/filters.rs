@@ -122,7 +122,6 @@ impl Filters {
             most_frames: if has_history { HISTORY_FRAMES[usize::from(has_changed)] } else { 0.0 },
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("ratio_filter", &filter);
-        let bindings = bindings.texture("unshadowed_direct", unshadowed);
         let filtered = ratios_target(frame, surface.size);
         let groups = [surface.size.x.div_ceil(8), surface.size.y.div_ceil(8), 1];
         let [along_x, along_y] = &self.along;
@@ -131,7 +130,10 @@ impl Filters {
         let mut passed = bindings.texture("found_ratios", &filtered);
         let result = match (&left.ratios, surface.motion.as_ref().and_then(|motion| motion.places.as_ref())) {
             (Some(ratios), Some(places)) => {
-                passed = passed.texture("kept_ratios", &ratios.before).texture("kept_places", &places.before);
+                passed = passed
+                    .texture("kept_ratios", &ratios.before)
+                    .texture("kept_places", &places.before)
+                    .texture("unshadowed_direct", unshadowed);
                 ratios.now.clone()
             }
             _ => found.clone(),
