@@ -10,7 +10,6 @@ mod bench;
 mod case;
 mod clustered;
 mod deep_images;
-mod direct;
 mod forward_plus;
 mod ground_truths;
 mod indirect;
@@ -90,7 +89,6 @@ enum Bench {
     /// Each row has the device times of tracing, shading, resolving, filtering and the complete frame, ms; rays per
     /// second, for tracing alone and with shading of hits; and errors: energy and mean FLIP against the same rays
     /// through the BVH, and FLIP against the mean of many frames. Each set of images has its build time and its memory.
-    /// Configurations that fail on the adapter or in the renderer are listed with the reason.
     Indirect(Box<indirect::IndirectArgs>),
     /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
     ///
@@ -110,22 +108,13 @@ enum Bench {
     /// against the path tracer: energy of indirect light alone, and FLIP; also for means of 1, 16 and 64 frames. Along
     /// a shot's track, flicker of static surfaces is measured.
     ///
-    /// Figs 8 and 9 alone: `--only occlusion`; fig. 10: `--only "as in the paper"`. Their settings stand beside
-    /// Aalund's own numbers. His hairball is not among the scenes here: the foliage of Bistro stands in,
-    /// `docs/shots/deep-images-bistro.toml --lights rain:10`. Fig. 11, which has no number, is an image: `lanternfish
-    /// render SCENE --environment FILE --occlusion deep --indirect photon-splatting --photon-tracer within-texel
-    /// --photon-splat raster`, in a scene with a spot light.
+    /// Figs 8 and 9 alone: `--only occlusion`; fig. 10: `--only "as in the paper"`. For his hairball stands the foliage
+    /// of `docs/shots/deep-images-bistro.toml --lights rain:10`.
     ///
     /// The path tracer's images are kept in the folder.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     Photons(Box<OneBounceArgs>),
-    /// Direct light from a fixed number of shadow rays, compared with a ray to every light: price and errors.
-    ///
-    /// Two tables: the price of a frame with 10 to 1,000,000 lights whose ranges do not end, by parts; and errors of
-    /// one frame and of the mean of many.
-    #[command(mut_arg("size", |size| size.default_value("320x180")))]
-    Direct(Box<direct::DirectArgs>),
     /// Techniques of indirect light for frames in motion: errors along a walk, flicker, and times of their passes.
     ///
     /// Scenes are shots of `quality`. The path tracer's images are stored in the folder and reused: the first run takes
@@ -178,7 +167,6 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Indirect(args) => indirect::run(args),
         Bench::VirtualLights(args) => virtual_lights::run(args),
         Bench::Photons(args) => photons::run(args),
-        Bench::Direct(args) => direct::run(args),
         Bench::Probes(args) => probes::run(args),
         Bench::Clustered(args) => clustered::run(args),
         Bench::Attenuation(args) => attenuation::run(args),

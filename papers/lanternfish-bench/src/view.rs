@@ -106,11 +106,6 @@ impl View {
         Self { scene, ..self.clone() }
     }
 
-    /// Number of pixels.
-    pub fn pixels(&self) -> f64 {
-        f64::from(self.size.width) * f64::from(self.size.height)
-    }
-
     /// Triangles, lights and size, as facts of a report.
     pub fn facts(&self) -> Row {
         let facts = Row::default().data("triangles", self.scene.triangle_counts().1);

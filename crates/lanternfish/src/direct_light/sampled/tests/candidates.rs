@@ -238,7 +238,7 @@ fn fault(
 ) -> Result<(), String> {
     // By tile and emitter: sum of the differences, and of the variances.
     let mut sums = vec![[0.0f64; 2]; found.len() / PIXELS];
-    let (mut compared, mut worst) = (0, 0.0f64);
+    let mut compared = 0;
     for (at, ((count, chance), [least, most])) in found.iter().zip(worths).enumerate() {
         let about = || format!("emitter {} of surface {}", at % emitters, at / emitters);
         if *most == 0.0 && f64::from(*count) > 0.01 * trials + 2.0 {
@@ -260,7 +260,6 @@ fn fault(
         let off = f64::from(*count) / trials - chance;
         // Of independent draws; those of a sequence of frames are better distributed. Rounding: two counts.
         let variance = (chance * (1.0 - chance)).max(0.0) / trials;
-        worst = worst.max((off.abs() - 2.0 / trials).max(0.0) / variance.sqrt().max(1e-9));
         if off.abs() > 5.5 * variance.sqrt() + 2.0 / trials {
             return Err(format!("{} of chance {chance:.4} is drawn {count} times of {trials}", about()));
         }
@@ -271,7 +270,6 @@ fn fault(
     let is_often = |sum: &&[f64; 2]| sum[1] * trials * trials > 1000.0;
     let z = |[off, variance]: &[f64; 2]| (off.abs() - 0.001 * PIXELS as f64).max(0.0) / variance.sqrt();
     let most = sums.iter().filter(is_often).map(z).fold(0.0, f64::max);
-    println!("{compared} compared over {trials} draws: {worst:.1} deviations at most, {most:.1} of a tile");
     if most > 8.0 {
         return Err(format!("an emitter is drawn {most:.1} deviations too often or too seldom by a tile"));
     }
