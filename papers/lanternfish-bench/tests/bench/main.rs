@@ -87,7 +87,6 @@ fn help_lists_every_benchmark() {
         (["quality", "--only", "bistro"], "sponza-ten"),
         (["probes", "--technique", "beauty"], "good, history"),
         (["papers", "--part", "all"], "the parts are deep-images, "),
-        (["direct", "--only", "motion"], "`lanternfish-bench probes`"),
     ] {
         let (success, _, error) = said(&words);
         assert!(!success && error.contains(known), "{error}");
