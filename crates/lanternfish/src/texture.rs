@@ -64,6 +64,20 @@ pub(crate) fn frame_layers(
     frame.texture(&wgpu::TextureDescriptor { size, usage, ..flat })
 }
 
+/// Creates a layered texture that compute passes of one frame write and those of the next one read.
+pub(crate) fn kept_layers(
+    device: &wgpu::Device,
+    label: &str,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+    layers: u32,
+) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
+    let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
+    texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
+}
+
 /// The size of a view of a texture's first level, pixels.
 pub(crate) fn size_of_view(view: &wgpu::TextureView) -> UVec2 {
     let texture = view.texture();

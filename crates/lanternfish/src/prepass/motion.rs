@@ -1,12 +1,12 @@
 //! The previous frame, for motion in the prepass.
 
 use glam::{Mat4, UVec2};
-use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct, texture_of};
+use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame, gpu_struct};
 
 use crate::{
     error::RenderError,
     gpu_scene::{GeometryAt, GpuScene},
-    texture::{PingPong, described},
+    texture::{PingPong, kept_layers},
     view::{PerView, View, ViewKey},
 };
 
@@ -158,9 +158,7 @@ impl ShownViews {
 /// The places of the next frame of a view.
 fn next_places(frame: &mut Frame<'_>, last: Option<PingPong>, size: UVec2) -> Result<PingPong, RenderError> {
     let label = "history/places";
-    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-    let flat = described(label, size, PLACES_FORMAT, wgpu::TextureUsages::empty(), 1);
-    let new = |device: &wgpu::Device| texture_of(device, &wgpu::TextureDescriptor { usage, ..flat.clone() });
+    let new = |device: &wgpu::Device| kept_layers(device, label, size, PLACES_FORMAT, 1);
     Ok(PingPong::next(last, frame, size, (label, 16 * u64::from(size.x) * u64::from(size.y)), new)?)
 }
 

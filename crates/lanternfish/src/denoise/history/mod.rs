@@ -1,7 +1,7 @@
 //! Temporal accumulation along surfaces: while a view moves, noise that differs from frame to frame averages out.
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 use super::layers::{LAYERS, layers_target};
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     prepass::{Motion, PreviousFrame, Surface},
     shaders::{Root, Shaders},
-    texture::{PingPong, described, size_of_view},
+    texture::{PingPong, kept_layers, size_of_view},
     view::{PerView, View},
 };
 
@@ -149,7 +149,7 @@ impl Histories {
         let last_frames = last.as_ref().map(|last| last.frames);
         let before = motion.before.filter(|before| last_frames.is_some_and(|frames| frames + 1 == before.frames));
         let bytes = BYTES_PER_PIXEL * u64::from(size.x) * u64::from(size.y);
-        let new = |device: &wgpu::Device| layers(device, size);
+        let new = |device: &wgpu::Device| kept_layers(device, "history/irradiance", size, KEPT_FORMAT, LAYERS);
         let layers = PingPong::next(last.map(|last| last.layers), frame, size, ("history", bytes), new)?;
         let frames = motion.before.map_or(0, |before| before.frames);
         self.views.leave(frame, *key, ViewHistory { layers: layers.clone(), frames });
@@ -202,10 +202,3 @@ fn kernel(device: &wgpu::Device, features: &[Feature], label: &str) -> Result<Co
 
 /// Bytes of a pixel in the layers of a frame.
 const BYTES_PER_PIXEL: u64 = 8 * LAYERS as u64;
-
-fn layers(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
-    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-    let flat = described("history/irradiance", size, KEPT_FORMAT, wgpu::TextureUsages::empty(), 1);
-    let size = wgpu::Extent3d { depth_or_array_layers: LAYERS, ..flat.size };
-    texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
-}

@@ -1,14 +1,14 @@
 //! The filter of ratios, and what a view's frame leaves for the next one: ratios and remembered visibility.
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, texture_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct};
 
 use super::{DECLARED, REPROJECTED};
 use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::Surface,
-    texture::{PingPong, described, frame_layers, size_of_view},
+    texture::{PingPong, frame_layers, kept_layers, size_of_view},
     view::PerView,
 };
 
@@ -48,8 +48,6 @@ pub(super) struct Left {
     pub memory: PingPong,
     /// Ratios, if there is a history.
     ratios: Option<PingPong>,
-    /// [`GpuScene::generation`]: triangles.
-    generation: u64,
     /// Number of known earlier frames of the view, if motion is.
     frames: Option<u32>,
 }
@@ -69,36 +67,28 @@ impl Filters {
     pub fn follow(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { view, scene, key, .. }: &ViewContext<'_>,
+        ViewContext { view, key, .. }: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<(Left, bool), RenderError> {
         let size = surface.size;
         let last = self.views.take(frame, *key);
         let before = surface.motion.as_ref().map(|motion| motion.before.map_or(0, |before| before.frames));
-        let is_next = last.as_ref().is_some_and(|last| {
-            let is_same_size = size_of_view(&last.memory.now) == size && last.generation == scene.generation();
-            match (last.frames, before) {
-                (Some(last), Some(before)) => last + 1 == before,
-                _ => view.frame_index > 0 && is_same_size,
-            }
+        let is_next = last.as_ref().is_some_and(|last| match (last.frames, before) {
+            (Some(last), Some(before)) => last + 1 == before,
+            _ => view.frame_index > 0,
         });
         let pixels = u64::from(size.x) * u64::from(size.y);
         let (memory, ratios) = last.map_or((None, None), |last| (Some(last.memory), last.ratios));
-        let texture = |label: &'static str, format, layers| {
-            let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-            let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
-            let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
-            move |device: &wgpu::Device| texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat.clone() })
-        };
         let label = "history/visibility";
-        let memory = PingPong::next(memory, frame, size, (label, 8 * pixels), texture(label, MEMORY_FORMAT, 1))?;
+        let memory = PingPong::next(memory, frame, size, (label, 8 * pixels), |device: &wgpu::Device| {
+            kept_layers(device, label, size, MEMORY_FORMAT, 1)
+        })?;
         let label = "history/ratios";
         let bytes = 8 * u64::from(RATIOS) * pixels;
-        let ratios = self
-            .has_history
-            .then(|| PingPong::next(ratios, frame, size, (label, bytes), texture(label, RATIO_FORMAT, RATIOS)))
-            .transpose()?;
-        let left = Left { memory, ratios, generation: scene.generation(), frames: before };
+        let new = |device: &wgpu::Device| kept_layers(device, label, size, RATIO_FORMAT, RATIOS);
+        let next = || PingPong::next(ratios, frame, size, (label, bytes), new);
+        let ratios = self.has_history.then(next).transpose()?;
+        let left = Left { memory, ratios, frames: before };
         self.views.leave(frame, *key, left.clone());
         Ok((left, is_next))
     }

@@ -280,7 +280,7 @@ impl DirectPasses for SampledPasses {
         let bindings =
             buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
         let mut bindings = bindings
-            .texture("unshadowed_light", &unshadowed)
+            .texture("filtered", &unshadowed)
             .texture("light_ratios", &found)
             .buffer("direct_counters", counters.buffer());
         if let Some((left, _)) = &left {
