@@ -45,8 +45,11 @@ impl Settings {
         let quality = preset.quality();
         let mut settings = Self { indirect: Indirect::preset(quality), ..Self::direct_light() };
         settings.image.samples = quality.samples();
+        if matches!(preset, Preset::Draft | Preset::Realtime) {
+            settings.direct = Direct::sampled();
+        }
         if preset == Preset::Realtime {
-            (settings.direct, settings.history) = (Direct::sampled(), History::On);
+            settings.history = History::On;
             settings.image.antialiasing = Antialiasing::Temporal;
         }
         settings
