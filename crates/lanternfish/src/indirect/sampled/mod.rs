@@ -287,12 +287,13 @@ impl IndirectPasses for SampledLight {
         }
         for rows in PixelIrradiance::bands(surface.size, resolution) {
             let irradiance = PixelIrradiance::of_rows(frame, surface.size, resolution, smoothed, rows)?;
+            let (few, all) = (diffuse_rays.div_ceil(EXPLORING), diffuse_rays + settings.glossy_rays);
             let mut grid = RayGrid {
                 size: irradiance.size,
                 parameters,
-                sample_count: diffuse_rays.div_ceil(EXPLORING),
+                sample_count: few,
                 emitter_rays: 0,
-                gathers: false,
+                others: [0, all],
                 sums: &irradiance.irradiance,
                 bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
             };
@@ -301,8 +302,8 @@ impl IndirectPasses for SampledLight {
                 self.rays.record(frame, view_context, surface, &grid, Some(cached))?;
                 self.spots.record(frame, view_context, of_frame)?;
             }
-            (grid.sample_count, grid.emitter_rays) = (diffuse_rays + settings.glossy_rays, emitter_rays);
-            grid.gathers = true;
+            (grid.sample_count, grid.emitter_rays) = (all, emitter_rays);
+            grid.others = [if is_first { few } else { 0 }, 0];
             let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
                 cache,
                 of_frame,

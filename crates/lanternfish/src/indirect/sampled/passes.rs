@@ -29,8 +29,9 @@ pub(in crate::indirect) struct RayGrid<'a> {
     pub sample_count: u32,
     /// Rays of a source to emissive triangles.
     pub emitter_rays: u32,
-    /// False for rays that only request entries.
-    pub gathers: bool,
+    /// Sample indices of other rays of these sources in this frame: before these, and after. Light is gathered for the
+    /// last ones alone: those before only find entries.
+    pub others: [u32; 2],
     /// Buffer to which the rays' light is added.
     pub sums: &'a wgpu::Buffer,
     /// Bindings of the sources.
@@ -105,9 +106,7 @@ impl RayPasses {
     ) -> Result<Counters, RenderError> {
         let ViewContext { scene, buffer, .. } = view_context;
         let mut entries = match (&self.entries, cached) {
-            (Some(passes), Some(cached)) => {
-                Some(passes.begin(frame, view_context, cached, grid.size, grid.sample_count)?)
-            }
+            (Some(passes), Some(cached)) => Some(passes.begin(frame, view_context, cached, grid)?),
             _ => None,
         };
         let targets = Targets::new(frame, grid.size, grid.sample_count, self.shades_many)?;
@@ -190,7 +189,7 @@ impl RayPasses {
             }
             if let Some(entries) = &mut entries
                 && sample_index + 1 == of_entries.end
-                && grid.gathers
+                && grid.others[1] == 0
             {
                 entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits));
             }

@@ -6,7 +6,7 @@ use super::DECLARED;
 use crate::{common::workgroups, context::ViewContext, error::RenderError, indirect::radiance_cache::CacheOfFrame};
 
 /// Size of `BrightSpots` of `spot_list.wesl`, and of a `Spot`, bytes.
-const LIST_BYTES: u64 = 16 + 32 * SPOT_BYTES;
+const LIST_BYTES: u64 = 16 + 8 * SPOT_BYTES;
 const SPOT_BYTES: u64 = 32;
 /// Groups of entries: `spots.wesl`.
 const GROUPS: u64 = 256;
@@ -44,13 +44,13 @@ impl Spots {
         cache: &CacheOfFrame,
     ) -> Result<(), RenderError> {
         let brightest = frame.zeroed("indirect/spots/brightest", 4 * GROUPS)?;
-        let spots = frame.zeroed("indirect/spots/of_groups", SPOT_BYTES * GROUPS)?;
+        let spots = frame.zeroed("indirect/spots/entries", SPOT_BYTES * GROUPS)?;
         let listed = frame.zeroed("indirect/spots/listed", LIST_BYTES)?;
         for buffer in [&brightest, &spots, &listed] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
         let bindings = cache.bindings().with(&view.buffer.bindings());
-        let bindings = bindings.buffer("brightest", &brightest).buffer("brightest_spots", &spots);
+        let bindings = bindings.buffer("brightest", &brightest).buffer("brightest_entries", &spots);
         let bindings = bindings.buffer("listed_spots", &listed);
         for kernel in [&self.rank, &self.find] {
             frame.dispatch(kernel, &bindings, workgroups(cache.slots()));

@@ -125,7 +125,7 @@ impl ProbeLight {
         })
     }
 
-    /// Traces rays of probes. `sums`: their light, which is not gathered if they only find entries for bright spots.
+    /// Traces rays of probes. `sums`: their light; `others`: of [`RayGrid`].
     fn trace_rays(
         &mut self,
         frame: &mut Frame<'_>,
@@ -134,7 +134,7 @@ impl ProbeLight {
         of_frame: &mut CacheOfFrame,
         found: &Found<'_>,
         sums: &wgpu::Buffer,
-        rays: u32,
+        (rays, others): (u32, [u32; 2]),
     ) -> Result<Counters, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
         let parameters = ProbeParameters { rays, ..*found.parameters };
@@ -163,7 +163,7 @@ impl ProbeLight {
             parameters: of_rays,
             sample_count: rays,
             emitter_rays: 0,
-            gathers: rays == self.settings.probe_rays,
+            others,
             sums,
             bindings: found.probes.bindings().texture("probe_rays", &aimed),
         };
@@ -188,13 +188,14 @@ impl ProbeLight {
         let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
         let rays = self.settings.probe_rays;
         let mut counters = Vec::new();
-        if of_frame.first_samples().is_some() {
+        let few = if of_frame.first_samples().is_some() { rays.div_ceil(EXPLORING) } else { 0 };
+        if few > 0 {
             self.light.spots.forget(frame);
-            let few = (rays / EXPLORING).max(1);
-            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, few)?);
+            let exploring = (few, [0, rays]);
+            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, exploring)?);
         }
         self.light.spots.record(frame, view_context, of_frame)?;
-        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, rays)?);
+        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, (rays, [few, 0]))?);
         let surfaces = buffer
             .bindings()
             .with(&surface.bindings())
@@ -243,7 +244,7 @@ impl ProbeLight {
             parameters,
             sample_count: 1,
             emitter_rays,
-            gathers: true,
+            others: [0; 2],
             sums: &irradiance.irradiance,
             bindings: irradiance.bindings().buffer("bright_spots", &self.light.spots.listed),
         };
