@@ -48,19 +48,32 @@ fn has_room(slots: u32, entries: u32) -> bool {
 }
 
 impl RadianceCache {
+    /// Empties the table of an image's first frame, so that its entries do not depend on rays before.
+    pub fn forget(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        cache: &mut CacheOfFrame,
+    ) -> Result<(), RenderError> {
+        self.table.get(frame).iter_mut().for_each(|table| table.used_in = u64::MAX);
+        *cache = self.begin(frame, view)?;
+        Ok(())
+    }
+
     /// True if an image's first frame has to start over because the table was too small. It is then replaced by a
     /// larger, empty one, and the view's rays have to look up their entries again. `sample_index`: the last processed
     /// one of `sample_count`.
     ///
     /// The check blocks the frame. Before the last sample index it is skipped once a frame has been completed with this
-    /// table. In the first fifth of the sample indices a table that is expected to become too small counts as such,
+    /// table. In the first quarter of the sample indices a table that is expected to become too small counts as such,
     /// since starting over later costs more.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         cache: &mut CacheOfFrame,
-        (sample_index, sample_count): (u32, u32),
+        sample_index: u32,
+        sample_count: u32,
     ) -> Result<bool, RenderError> {
         let is_last = sample_index + 1 == sample_count;
         let was_large_enough = self.table.get(frame).as_ref().is_some_and(|table| table.was_large_enough);
@@ -78,7 +91,7 @@ impl RadianceCache {
         // Hits without an entry are shaded, so that the frame is complete in any case.
         let [entries, _, lost, lost_of_pixels] = frame.counted_capacity(&counted, u64::MAX)?.words;
         let most = slots_for(self.most_entries);
-        let is_early = 5 * (sample_index + 1) <= sample_count;
+        let is_early = 4 * (sample_index + 1) <= sample_count;
         let will_lose = is_early && !has_room(self.slots, expected_entries(entries, sample_index));
         let is_full = lost > 0 || lost_of_pixels > 0 || will_lose;
         if !cache.may_start_over || self.slots >= most || !is_full {
@@ -96,7 +109,7 @@ impl RadianceCache {
 
 #[cfg(test)]
 #[test]
-fn tables_that_become_too_small_are_found_in_the_first_fifth_of_the_sample_indices() {
+fn tables_that_become_too_small_are_found_in_the_first_quarter_of_the_sample_indices() {
     // Entries after 1, 2, 4, and all 20 sample indices: the atrium at four widths, the street, the hall, and Sponza.
     for (width, counts, all) in [
         (1280, [102_340, 130_821, 160_701], 228_892),

@@ -69,7 +69,7 @@ impl EntryPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         CachedFrame { cache, of_frame, may_start_over }: CachedFrame<'a>,
-        &RayGrid { size, sample_count, others, .. }: &RayGrid<'_>,
+        &RayGrid { size, sample_count, explores, .. }: &RayGrid<'_>,
     ) -> Result<FrameEntries<'a>, RenderError> {
         let pixels = u64::from(place_count(size));
         let together = if of_frame.is_accumulated() {
@@ -94,7 +94,7 @@ impl EntryPasses {
             dispatches,
             together,
             sample_count,
-            others,
+            explores,
             sky_is_dark,
             fraction,
         })
@@ -162,7 +162,8 @@ pub(super) struct FrameEntries<'a> {
     /// Sample indices whose hits are gathered together.
     together: u32,
     sample_count: u32,
-    others: [u32; 2],
+    /// [`RayGrid::explores`].
+    explores: u32,
     sky_is_dark: u32,
     /// Update stride of this frame; 0: no entry gets another sample.
     fraction: u32,
@@ -173,12 +174,6 @@ impl FrameEntries<'_> {
     pub fn release(&self, frame: &mut Frame<'_>) {
         frame.release(&self.slots);
         frame.release(&self.hits);
-    }
-
-    /// A sample index among all of the sources in this frame, and the number of all.
-    fn of_all(&self, sample_index: u32) -> (u32, u32) {
-        let [before, after] = self.others;
-        (before + sample_index, before + self.sample_count + after)
     }
 
     /// True if all entries are new.
@@ -237,10 +232,14 @@ impl FrameEntries<'_> {
     /// have voted. The samples of an entry are thereby spread over several hits.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, sample_index: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
-        let (sample_index, count) = self.of_all(sample_index);
+        if self.explores > 0 {
+            self.cache.update(frame, view, self.of_frame, 1);
+            return;
+        }
         // At least one after the first sample index: entries are counted then, too.
         let until = |sample_index: u32| {
-            (u64::from(samples) * u64::from(sample_index.min(count))).div_ceil(u64::from(count)) as u32
+            (u64::from(samples) * u64::from(sample_index.min(self.sample_count))).div_ceil(u64::from(self.sample_count))
+                as u32
         };
         let most = until(sample_index + 1) - until(sample_index);
         self.cache.update(frame, view, self.of_frame, most);
@@ -261,9 +260,10 @@ impl FrameEntries<'_> {
         sample_index: u32,
     ) -> Result<bool, RenderError> {
         let evaluates = sample_index + 1 == self.sample_count || (sample_index + 1).is_power_of_two();
+        let sample_count = if self.explores > 0 { self.explores } else { self.sample_count };
         Ok(evaluates
             && self.may_start_over
-            && self.cache.starts_over(frame, view, self.of_frame, self.of_all(sample_index))?)
+            && self.cache.starts_over(frame, view, self.of_frame, sample_index, sample_count)?)
     }
 
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`:

@@ -28,12 +28,12 @@ use self::{
 };
 use super::{
     DemodulatedIrradiance, IndirectPasses, layers_target,
-    radiance_cache::{Bounces, CacheSettings, RadianceCache},
+    radiance_cache::{Bounces, CacheOfFrame, CacheSettings, RadianceCache},
 };
 use crate::{
     context::ViewContext,
     denoise::{
-        IndirectClamp,
+        IndirectClamp, IndirectResolution,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     environment_light::ENVIRONMENT,
@@ -232,6 +232,36 @@ impl SampledLight {
         }
     }
 
+    /// Finds bright spots by a few rays from every fourth pixel, before an image has entries.
+    fn explore(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+        of_frame: &mut CacheOfFrame,
+        parameters: SampledParameters,
+    ) -> Result<(), RenderError> {
+        self.spots.forget(frame);
+        let Some(cache) = &mut self.cache else { return Ok(()) };
+        let (half, unfiltered) = (IndirectResolution::Half, Smoothed::new(0, false, 1));
+        for rows in PixelIrradiance::bands(surface.size, half) {
+            let irradiance = PixelIrradiance::of_rows(frame, surface.size, half, unfiltered, rows)?;
+            let grid = RayGrid {
+                size: irradiance.size,
+                parameters,
+                sample_count: parameters.diffuse_rays.div_ceil(EXPLORING),
+                emitter_rays: 0,
+                explores: parameters.diffuse_rays + parameters.glossy_rays,
+                sums: &irradiance.irradiance,
+                bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
+            };
+            let cached = CachedFrame { cache, of_frame, may_start_over: true };
+            self.rays.record(frame, view_context, surface, &grid, Some(cached))?;
+        }
+        self.spots.record(frame, view_context, of_frame)?;
+        cache.forget(frame, view_context, of_frame)
+    }
+
     /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights,
     /// their choice would be noise.
     fn shades_mirrored(&self, scene: &GpuScene) -> bool {
@@ -247,7 +277,7 @@ impl IndirectPasses for SampledLight {
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
-        let settings = &self.settings;
+        let settings = self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let smoothed = Smoothed::new(radius, settings.clamp == IndirectClamp::On, frames);
@@ -280,30 +310,24 @@ impl IndirectPasses for SampledLight {
         };
         let layers = layers_target(frame, surface.size);
         let mut counters = Vec::new();
-        if is_first {
-            self.spots.forget(frame);
-        } else if let Some(of_frame) = &of_frame {
-            self.spots.record(frame, view_context, of_frame)?;
+        match &mut of_frame {
+            Some(of_frame) if of_frame.starts_image() => {
+                self.explore(frame, view_context, surface, of_frame, parameters)?;
+            }
+            Some(of_frame) => self.spots.record(frame, view_context, of_frame)?,
+            None => self.spots.forget(frame),
         }
         for rows in PixelIrradiance::bands(surface.size, resolution) {
             let irradiance = PixelIrradiance::of_rows(frame, surface.size, resolution, smoothed, rows)?;
-            let (few, all) = (diffuse_rays.div_ceil(EXPLORING), diffuse_rays + settings.glossy_rays);
-            let mut grid = RayGrid {
+            let grid = RayGrid {
                 size: irradiance.size,
                 parameters,
-                sample_count: few,
-                emitter_rays: 0,
-                others: [0, all],
+                sample_count: diffuse_rays + settings.glossy_rays,
+                emitter_rays,
+                explores: 0,
                 sums: &irradiance.irradiance,
                 bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
             };
-            if is_first && let Some((cache, of_frame)) = self.cache.as_mut().zip(of_frame.as_mut()) {
-                let cached = CachedFrame { cache, of_frame, may_start_over: true };
-                self.rays.record(frame, view_context, surface, &grid, Some(cached))?;
-                self.spots.record(frame, view_context, of_frame)?;
-            }
-            (grid.sample_count, grid.emitter_rays) = (all, emitter_rays);
-            grid.others = [if is_first { few } else { 0 }, 0];
             let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
                 cache,
                 of_frame,

@@ -29,9 +29,9 @@ pub(in crate::indirect) struct RayGrid<'a> {
     pub sample_count: u32,
     /// Rays of a source to emissive triangles.
     pub emitter_rays: u32,
-    /// Sample indices of other rays of these sources in this frame: before these, and after. Light is gathered for the
-    /// last ones alone: those before only find entries.
-    pub others: [u32; 2],
+    /// Number of sample indices before which these rays explore: they find entries, and no light is gathered. 0: they do
+    /// not.
+    pub explores: u32,
     /// Buffer to which the rays' light is added.
     pub sums: &'a wgpu::Buffer,
     /// Bindings of the sources.
@@ -189,7 +189,7 @@ impl RayPasses {
             }
             if let Some(entries) = &mut entries
                 && sample_index + 1 == of_entries.end
-                && grid.others[1] == 0
+                && grid.explores == 0
             {
                 entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits));
             }

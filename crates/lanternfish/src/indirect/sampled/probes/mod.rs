@@ -125,7 +125,7 @@ impl ProbeLight {
         })
     }
 
-    /// Traces rays of probes. `sums`: their light; `others`: of [`RayGrid`].
+    /// Traces rays of probes. `sums`: their light; `explores`: of [`RayGrid`].
     fn trace_rays(
         &mut self,
         frame: &mut Frame<'_>,
@@ -134,7 +134,7 @@ impl ProbeLight {
         of_frame: &mut CacheOfFrame,
         found: &Found<'_>,
         sums: &wgpu::Buffer,
-        (rays, others): (u32, [u32; 2]),
+        (rays, explores): (u32, u32),
     ) -> Result<Counters, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
         let parameters = ProbeParameters { rays, ..*found.parameters };
@@ -163,7 +163,7 @@ impl ProbeLight {
             parameters: of_rays,
             sample_count: rays,
             emitter_rays: 0,
-            others,
+            explores,
             sums,
             bindings: found.probes.bindings().texture("probe_rays", &aimed),
         };
@@ -188,14 +188,18 @@ impl ProbeLight {
         let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
         let rays = self.settings.probe_rays;
         let mut counters = Vec::new();
-        let few = if of_frame.first_samples().is_some() { rays.div_ceil(EXPLORING) } else { 0 };
-        if few > 0 {
+        if of_frame.starts_image() {
             self.light.spots.forget(frame);
-            let exploring = (few, [0, rays]);
-            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, exploring)?);
+            let few = (rays.div_ceil(EXPLORING), rays);
+            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, few)?);
         }
         self.light.spots.record(frame, view_context, of_frame)?;
-        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, (rays, [few, 0]))?);
+        if of_frame.starts_image()
+            && let Some(cache) = &mut self.light.cache
+        {
+            cache.forget(frame, view_context, of_frame)?;
+        }
+        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, (rays, 0))?);
         let surfaces = buffer
             .bindings()
             .with(&surface.bindings())
@@ -244,7 +248,7 @@ impl ProbeLight {
             parameters,
             sample_count: 1,
             emitter_rays,
-            others: [0; 2],
+            explores: 0,
             sums: &irradiance.irradiance,
             bindings: irradiance.bindings().buffer("bright_spots", &self.light.spots.listed),
         };
