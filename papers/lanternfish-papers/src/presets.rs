@@ -176,6 +176,7 @@ const FIVE: &[Row] = &[
     ("deep-merge", "0", "[Niessner2010] merges no layers"),
     ("deep-sort", "blocks", "ours: peeled layers need no sort"),
     ("deep-search", "linear_steps", "not stated"),
+    ("deep-slopes", "on", "ours: planes for the tolerance of [Niessner2010, fig. 3], so that rays see what is near"),
     ("occlusion", "deep", "[Aalund2015, §3.3]"),
     ("occlusion-plain", "on", "[Aalund2015, eq. 1 to 3]"),
     (
