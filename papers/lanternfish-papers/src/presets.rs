@@ -290,7 +290,7 @@ mod tests {
         assert_eq!(images(Paper::Archer), DeepImageSettings::ARCHER);
         let five = Paper::Five.settings();
         let lights = *five.indirect.get::<VirtualLights>().unwrap();
-        assert_eq!(images(Paper::Five), DeepImageSettings::NIESSNER);
+        assert_eq!(images(Paper::Five), DeepImageSettings { slopes: true, ..DeepImageSettings::NIESSNER });
         assert_eq!([lights.images, lights.shadow_images], [PaperImages::Five, PaperImages::Shared]);
         assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Five);
     }
