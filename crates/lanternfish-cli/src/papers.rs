@@ -461,13 +461,8 @@ fn wrapped(text: &str, letters: usize) -> Vec<String> {
     })
 }
 
-#[cfg(test)]
-mod tests {
-    /// No word is lost, and no line is longer than an image.
-    #[test]
-    fn labels_are_wrapped_between_words() {
-        assert_eq!(super::wrapped("all light: FLIP 0.283, 98 %", 20), ["all light: FLIP", "0.283, 98 %"]);
-        assert_eq!(super::wrapped("five without van-gelderen", 13), ["five without", "van-gelderen"]);
-        assert_eq!(super::wrapped("five without van-gelderen", 25).len(), 1);
-    }
+#[test]
+fn labels_are_wrapped_between_words() {
+    assert_eq!(wrapped("all light: FLIP 0.283, 98 %", 20), ["all light: FLIP", "0.283, 98 %"]);
+    assert_eq!(wrapped("five without van-gelderen", 25).len(), 1);
 }

@@ -1,7 +1,6 @@
 //! `lanternfish-bench probes`: techniques of indirect light along a walk with references of its own.
 
 mod motion;
-mod sheet;
 mod views;
 
 use std::path::PathBuf;

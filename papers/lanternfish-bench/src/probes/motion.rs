@@ -8,7 +8,7 @@ use lanternfish_cli::{
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::Camera;
 
-use super::{Cost, InMotion, restarts, sheet::Sheet};
+use super::{Cost, InMotion, restarts};
 use crate::{
     bench::Stage,
     case::{Case, changed},
@@ -26,8 +26,7 @@ use crate::{
 const TEXT: &str = "*FLIP*: mean and greatest HDR-FLIP of the frames that have a reference. *Error*: mean of their |difference| on a display, 0..1; \
                     *p99.9*: its 99.9th percentile over all pixels and frames. *Indirect*, *frame*: median times of the passes of indirect light \
                     and of all passes, ms: compare errors at equal time. Techniques without a history render only the frames with a reference. \
-                    *none* has no indirect light. The images, and walk-sheet.png with a row for each technique and the references below, are in \
-                    the folder.";
+                    *none* has no indirect light. The images and the references are in the folder.";
 /// Frames of the walk over which flicker is measured, at most.
 const FLICKER_FRAMES: usize = 40;
 /// A technique on a walk.
@@ -78,14 +77,13 @@ impl InMotion<'_> {
             Ok(Walker { stage, walked: Walked::default(), flips: Vec::new(), times: Vec::new(), frames: Vec::new() })
         };
         let mut walkers = cases.iter().map(walker).collect::<Result<Vec<_>, CliError>>()?;
-        let mut sheet = Sheet::new(view.size, cases.len() + 1);
         for (frame, camera) in self.cameras(view).into_iter().enumerate() {
             let view = View { camera, ..view.clone() };
             // Not the first: nothing has a history there.
             let is_compared = (frame as u32 + 1).is_multiple_of(self.every);
             let reference = is_compared.then(|| self.reference(&view)).transpose()?;
             let reference = reference.map(|image| (view.shown(&image), image));
-            for (row, (case, walker)) in cases.iter().zip(&mut walkers).enumerate() {
+            for (case, walker) in cases.iter().zip(&mut walkers) {
                 let Walker { stage, walked, flips, times, frames } = walker;
                 if reference.is_none() && restarts(stage) {
                     continue;
@@ -95,18 +93,15 @@ impl InMotion<'_> {
                 times.push(indirect_ms);
                 frames.push(frame_ms);
                 if let Some((colors, reference)) = &reference {
-                    let rgb = rgb(&image);
-                    walked.add(&rgb, colors);
+                    walked.add(&rgb(&image), colors);
                     flips.push(flip(&image, reference)?);
-                    sheet.add(row, &rgb);
                     self.bench.write(&format!("walk-{}-{frame:03}", case.name), &image)?;
                 }
             }
-            if let Some((colors, _)) = &reference {
-                sheet.add(cases.len(), colors);
+            if let Some((_, reference)) = &reference {
+                self.bench.write_linear(&format!("walk-reference-{frame:03}"), reference, &view.look)?;
             }
         }
-        sheet.write(&self.bench.path("walk-sheet"))?;
         let row = |(case, Walker { walked, flips, times, frames, .. }): (&Case, Walker)| {
             Row::default()
                 .text("technique", "", &case.name)
