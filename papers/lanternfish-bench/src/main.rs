@@ -92,8 +92,7 @@ enum Bench {
     ///
     /// Renders one view with every kind of virtual lights, and with rays from every pixel. Each row has device times by
     /// the paper's steps, ms, the number of lights, and errors against the path tracer: energy of indirect light alone,
-    /// and FLIP. Rays that compute ranges are timed by structure and number, and compared with random ranges. Along a
-    /// shot's track, flicker of static surfaces is measured.
+    /// and FLIP. Rays that compute ranges are timed by structure and number, and compared with random ranges.
     ///
     /// The path tracer's images are stored in the folder and reused.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
@@ -103,8 +102,7 @@ enum Bench {
     ///
     /// Renders one view with photons of every kind, with rays from every pixel and with virtual lights. Each row has
     /// device times of tracing and splatting, ms, photons per second, the number of splatted photons, and errors
-    /// against the path tracer: energy of indirect light alone, and FLIP; also for means of 1, 16 and 64 frames. Along
-    /// a shot's track, flicker of static surfaces is measured.
+    /// against the path tracer: energy of indirect light alone, and FLIP; also for means of 1, 16 and 64 frames.
     ///
     /// Figs 8 and 9 alone: `--only occlusion`; fig. 10: `--only "as in the paper"`. For his hairball stands the foliage
     /// of `docs/shots/deep-images-bistro.toml --lights rain:10`.
