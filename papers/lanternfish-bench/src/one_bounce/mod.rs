@@ -1,8 +1,6 @@
 //! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, and the path
 //! tracer's images of it.
 
-pub mod walk;
-
 use std::{cell::OnceCell, cmp::Ordering};
 
 use clap::Args;
