@@ -139,8 +139,8 @@ flags! {
         paper: Option<Paper> as Paper,
         /// Preset.
         ///
-        /// Sets the flags of light that are not given, and with draft --indirect probes; with realtime also --direct
-        /// sampled, --history on and --antialiasing temporal.
+        /// Sets the flags of light that are not given: with draft --indirect probes and --direct sampled; with realtime
+        /// also --history on and --antialiasing temporal.
         #[arg(long, value_name = "NAME", default_value_t = Preset::default(), help_heading = "Indirect (light)")]
         quality: Preset as Preset,
         /// Indirect light and occlusion.

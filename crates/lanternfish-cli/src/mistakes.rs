@@ -72,9 +72,9 @@ const GONE: &[(&str, &str, &str)] = &[
     ("doctor", "--commit", "the report states the program's version"),
     ("replay", "--compare", PAIR),
     ("replay", "--matters", PAIR),
-    ("probes", "--only", "`quality` has errors at rest, `walks` times and the step response"),
     ("lanternfish-bench", "moving", "`lanternfish-bench walks` times frames in motion"),
-    ("lanternfish-bench", "history", "`lanternfish-bench probes` measures a history along a walk"),
+    ("lanternfish-bench", "history", "`lanternfish-bench walks` has the step response of a history"),
+    ("lanternfish-bench", "probes", "`lanternfish-bench walks` compares techniques in motion"),
 ];
 const FRAMES_ARE_TIMED: &str = "`lanternfish-bench walks` times frames, with --size and --seconds";
 const PAIR: &str = "`lanternfish replay SCENE --pair A B` times two sets of flags, or two folders of shaders, in turn";

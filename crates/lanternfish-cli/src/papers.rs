@@ -442,10 +442,27 @@ fn draw(entries: &[Entry], [width, height]: [usize; 2], title: &str) -> Sheet {
         let pixels: Vec<[u8; 4]> = entry.display.as_chunks::<3>().0.iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
         sheet.paste(left, top, entry.width, &pixels);
         let text = [&entry.name].into_iter().chain(&entry.lines);
-        for (row, text) in text.take(LINES).enumerate() {
-            let letters = entry.width.max(width) / (LETTERS * GLYPH);
-            sheet.write(left, top + height + 4 + row * line, text.get(..letters).unwrap_or(text));
+        let letters = entry.width.max(width) / (LETTERS * GLYPH);
+        for (row, text) in text.flat_map(|text| wrapped(text, letters)).take(LINES).enumerate() {
+            sheet.write(left, top + height + 4 + row * line, &text);
         }
     }
     sheet
+}
+
+/// A text in lines of at most this many letters, unless a word is longer.
+fn wrapped(text: &str, letters: usize) -> Vec<String> {
+    text.split(' ').fold(Vec::new(), |mut lines: Vec<String>, word| {
+        match lines.last_mut() {
+            Some(last) if last.len() + 1 + word.len() <= letters => *last += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
+        }
+        lines
+    })
+}
+
+#[test]
+fn labels_are_wrapped_between_words() {
+    assert_eq!(wrapped("all light: FLIP 0.283, 98 %", 20), ["all light: FLIP", "0.283, 98 %"]);
+    assert_eq!(wrapped("five without van-gelderen", 25).len(), 1);
 }

@@ -129,6 +129,13 @@ impl Settings {
         self.caustics.is_some() && self.indirect.technique().is_none_or(|technique| technique.leaves_caustics())
     }
 
+    /// [`IndirectTechnique::shares_emission`], if direct light samples emissive triangles.
+    pub(crate) fn shares_emission(&self) -> Option<f32> {
+        self.indirect
+            .shares_emission()
+            .filter(|_| self.direct.technique().is_some_and(|direct| direct.samples_emission()))
+    }
+
     /// True if there is light from other surfaces.
     pub(crate) fn finds_indirect(&self) -> bool {
         self.indirect.is_some() || self.finds_caustics()

@@ -210,14 +210,6 @@ impl Bench {
         self.progress.replace(Progress::hidden()).finish()
     }
 
-    /// Adds the seconds of all steps to the report.
-    pub fn report_seconds(&self) {
-        let seconds = self.end_progress();
-        let said: Vec<_> = seconds.iter().map(|(step, seconds)| format!("{step} {seconds:.0} s")).collect();
-        self.report().paragraph(format!("Time taken: {}.", said.join(", ")));
-        self.report().keep_data("seconds", &seconds);
-    }
-
     /// Adds the cases without results to the report.
     pub fn list_left_out(&self) {
         self.report().left_out(&self.left_out.take());

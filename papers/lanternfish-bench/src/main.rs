@@ -16,7 +16,6 @@ mod indirect;
 mod one_bounce;
 mod papers;
 mod photons;
-mod probes;
 mod quality;
 mod reference;
 mod stored;
@@ -24,7 +23,6 @@ mod stored;
 mod testing;
 mod view;
 mod virtual_lights;
-mod walked;
 mod walks;
 
 use std::process::ExitCode;
@@ -94,8 +92,7 @@ enum Bench {
     ///
     /// Renders one view with every kind of virtual lights, and with rays from every pixel. Each row has device times by
     /// the paper's steps, ms, the number of lights, and errors against the path tracer: energy of indirect light alone,
-    /// and FLIP. Rays that compute ranges are timed by structure and number, and compared with random ranges. Along a
-    /// shot's track, flicker of static surfaces is measured.
+    /// and FLIP. Rays that compute ranges are timed by structure and number, and compared with random ranges.
     ///
     /// The path tracer's images are stored in the folder and reused.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
@@ -105,8 +102,7 @@ enum Bench {
     ///
     /// Renders one view with photons of every kind, with rays from every pixel and with virtual lights. Each row has
     /// device times of tracing and splatting, ms, photons per second, the number of splatted photons, and errors
-    /// against the path tracer: energy of indirect light alone, and FLIP; also for means of 1, 16 and 64 frames. Along
-    /// a shot's track, flicker of static surfaces is measured.
+    /// against the path tracer: energy of indirect light alone, and FLIP; also for means of 1, 16 and 64 frames.
     ///
     /// Figs 8 and 9 alone: `--only occlusion`; fig. 10: `--only "as in the paper"`. For his hairball stands the foliage
     /// of `docs/shots/deep-images-bistro.toml --lights rain:10`.
@@ -115,11 +111,6 @@ enum Bench {
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     Photons(Box<OneBounceArgs>),
-    /// Techniques of indirect light for frames in motion: errors along a walk, flicker, and times of their passes.
-    ///
-    /// Scenes are shots of `quality`. The path tracer's images are stored in the folder and reused: the first run takes
-    /// minutes.
-    Probes(Box<probes::ProbesArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, mono and stereo.
     ///
     /// Writes counts and times of every step, histograms of lights and fragments per cluster, and the ratios expected
@@ -167,7 +158,6 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Indirect(args) => indirect::run(args),
         Bench::VirtualLights(args) => virtual_lights::run(args),
         Bench::Photons(args) => photons::run(args),
-        Bench::Probes(args) => probes::run(args),
         Bench::Clustered(args) => clustered::run(args),
         Bench::Attenuation(args) => attenuation::run(args),
         Bench::Quality(args) => quality::run(args),

@@ -25,8 +25,7 @@ use crate::{
 /// Flags of a view of a scene.
 #[derive(Debug, Args)]
 pub struct SubjectArgs {
-    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, the lights and the look; flicker is
-    /// measured along its track.
+    /// A shot (.toml), a glTF or OBJ file, or demo:NAME. A shot sets the view, the lights and the look.
     #[arg(default_value = "demo:atrium")]
     pub scene: SceneName,
     /// Width and height of every image, pixels.

@@ -176,6 +176,7 @@ const FIVE: &[Row] = &[
     ("deep-merge", "0", "[Niessner2010] merges no layers"),
     ("deep-sort", "blocks", "ours: peeled layers need no sort"),
     ("deep-search", "linear_steps", "not stated"),
+    ("deep-slopes", "on", "ours: planes for the tolerance of [Niessner2010, fig. 3], so that rays see what is near"),
     ("occlusion", "deep", "[Aalund2015, §3.3]"),
     ("occlusion-plain", "on", "[Aalund2015, eq. 1 to 3]"),
     (
@@ -289,7 +290,7 @@ mod tests {
         assert_eq!(images(Paper::Archer), DeepImageSettings::ARCHER);
         let five = Paper::Five.settings();
         let lights = *five.indirect.get::<VirtualLights>().unwrap();
-        assert_eq!(images(Paper::Five), DeepImageSettings::NIESSNER);
+        assert_eq!(images(Paper::Five), DeepImageSettings { slopes: true, ..DeepImageSettings::NIESSNER });
         assert_eq!([lights.images, lights.shadow_images], [PaperImages::Five, PaperImages::Shared]);
         assert_eq!(five.occlusion.get::<Deep>().unwrap().images, PaperImages::Five);
     }

@@ -41,6 +41,12 @@ pub trait DirectTechnique: AnyTechnique {
     /// Parts of a scene that it reads, with these settings.
     fn parts(&self, settings: &Settings) -> Parts;
 
+    /// True if it samples emissive triangles where indirect light leaves them a part of their light.
+    #[doc(hidden)]
+    fn samples_emission(&self) -> bool {
+        false
+    }
+
     /// Compiles its passes. `tracer`: of shadow rays, if there are any.
     fn build(
         &self,

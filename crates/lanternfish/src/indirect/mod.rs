@@ -102,6 +102,13 @@ pub trait IndirectTechnique: AnyTechnique {
         true
     }
 
+    /// For a technique that leaves a part of this emission to direct light that samples it (`parts_of_rays` of
+    /// `indirect/emitter_point.wesl`): the perceptual roughness below which surfaces have glossy rays.
+    #[doc(hidden)]
+    fn shares_emission(&self) -> Option<f32> {
+        None
+    }
+
     /// True if it leaves caustics to their own technique, if there is one. Otherwise it has all of their light that it
     /// can find, and there are no others.
     #[doc(hidden)]
@@ -182,6 +189,11 @@ impl Indirect {
     /// True if the technique includes light of emissive triangles at visible surfaces.
     pub(crate) fn brings_emission(&self) -> bool {
         self.technique().is_some_and(|technique| technique.brings_emission())
+    }
+
+    /// [`IndirectTechnique::shares_emission`].
+    pub(crate) fn shares_emission(&self) -> Option<f32> {
+        self.technique().and_then(|technique| technique.shares_emission())
     }
 
     /// Replaces an automatic tracer with the one chosen for the adapter.

@@ -22,6 +22,7 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Scene, 
 
 use crate::{
     RenderError, RenderedImage, Renderer, Settings,
+    direct_light::Direct,
     settings::{Attenuation, Indirect, Samples, Shadows, Tracer},
     techniques::{Bounces, HitLight, IndirectClamp, IndirectResolution, Sampled},
     testing::{

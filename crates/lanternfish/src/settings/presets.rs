@@ -10,14 +10,14 @@ named_enum! {
     #[derive(Default)]
     Preset {
         /// Single images that are seen soon.
-        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH",
+        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH; sampled direct light",
         /// Single images: the default.
         #[default]
         Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
         /// Single images with little noise.
         Best = "best": "64 diffuse and 16 glossy rays per pixel, through the BVH, and 128 samples per cache entry",
-        /// Frames of a moving view: sampled direct light, screen probes, accumulation over frames, temporal
-        /// antialiasing. Its first frame is a noisy draft.
+        /// Frames of a moving view: draft, accumulation over frames, temporal antialiasing. Its first frame is a noisy
+        /// draft.
         Realtime = "realtime": "For moving views: draft, 4 shadow rays per pixel, history, temporal antialiasing",
     }
 }
@@ -45,8 +45,11 @@ impl Settings {
         let quality = preset.quality();
         let mut settings = Self { indirect: Indirect::preset(quality), ..Self::direct_light() };
         settings.image.samples = quality.samples();
+        if matches!(preset, Preset::Draft | Preset::Realtime) {
+            settings.direct = Direct::sampled();
+        }
         if preset == Preset::Realtime {
-            (settings.direct, settings.history) = (Direct::sampled(), History::On);
+            settings.history = History::On;
             settings.image.antialiasing = Antialiasing::Temporal;
         }
         settings
@@ -63,6 +66,8 @@ fn presets_are_complete() {
     for preset in [Preset::Draft, Preset::Good, Preset::Best] {
         let settings = Settings::of_preset(preset);
         let (indirect, samples) = (settings.indirect.clone(), settings.image.samples);
-        assert_eq!(settings, Settings::direct_light().with_indirect(indirect).with_samples(samples));
+        let direct = if preset == Preset::Draft { Direct::sampled() } else { Direct::default() };
+        let expected = Settings::direct_light().with_direct(direct).with_indirect(indirect).with_samples(samples);
+        assert_eq!(settings, expected);
     }
 }

@@ -9,6 +9,7 @@ use lanternfish_gpu::Frame;
 use super::Arriving;
 use crate::{
     context::ViewContext,
+    direct_light::Direct,
     error::RenderError,
     gpu_scene::{Draw, Lobes},
     indirect::{self, IndirectPasses},
@@ -61,6 +62,8 @@ impl ExtraSurface {
 
     fn new(kind: Kind, settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = settings.clone().with_history(History::Off);
+        // Direct light of these surfaces samples no emission.
+        settings.direct = Direct::NONE;
         if let Some(technique) = settings.indirect.technique_mut() {
             match kind {
                 Kind::NearestTransparent => technique.for_transparent(),

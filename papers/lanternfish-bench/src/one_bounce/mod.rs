@@ -1,7 +1,5 @@
-//! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, the path
-//! tracer's images of it, and a walk through it.
-
-pub mod walk;
+//! Common parts of the benchmarks of one-bounce indirect light: a view of a scene under its lights alone, and the path
+//! tracer's images of it.
 
 use std::{cell::OnceCell, cmp::Ordering};
 
@@ -12,9 +10,8 @@ use lanternfish_cli::{
     images::{energy, energy_of},
 };
 use lanternfish_metrics::RgbImage;
-use lanternfish_scene::{Camera, Light, LightKind, Scene};
+use lanternfish_scene::{Light, LightKind, Scene};
 
-use self::walk::{Walk, grey};
 use crate::{
     bench::{Bench, RunArgs, TimedFrames, is_requested},
     case::{Case, changed},
@@ -74,7 +71,6 @@ pub struct OneBounce {
     /// The same under the main light alone, if a case needs it.
     of_one_light: OnceCell<Lit>,
     spp: u64,
-    pub cameras: Vec<Camera>,
 }
 
 impl Lit {
@@ -126,7 +122,7 @@ impl OneBounce {
              complete image.",
             100.0 * noise
         ));
-        Ok(Self { bench, lit, of_one_light: OnceCell::new(), spp: args.spp, cameras })
+        Ok(Self { bench, lit, of_one_light: OnceCell::new(), spp: args.spp })
     }
 
     /// What a case is measured on.
@@ -171,18 +167,6 @@ impl OneBounce {
         let mean = self.bench.mean(&self.lit.view, &self.without(), frames)?;
         let flip = flip(&mean, &self.lit.direct_reference)?;
         Ok((mean, flip))
-    }
-
-    /// Measures the flicker of each configuration along the track, if there is one, and writes the report.
-    pub fn finish(self, walked: &[Case]) -> Result<(), CliError> {
-        let mut rows = Vec::new();
-        if self.cameras.len() > 1 && !walked.is_empty() {
-            let walk =
-                Walk::new(&self.bench, self.lit.view.with(grey(&self.lit.view.scene)), &self.cameras, &self.without())?;
-            rows = walk.rows(walked)?;
-        }
-        self.bench.section("Flicker along the track", walk::TEXT, "flicker", rows);
-        self.bench.finish()
     }
 }
 

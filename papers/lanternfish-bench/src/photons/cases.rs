@@ -70,15 +70,10 @@ pub fn plain(images: DeepImageSettings) -> DeepImageSettings {
 
 /// Configurations whose means of frames are measured; without the one with 16,384 photons if `quick`.
 pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
-    let more = ["photon-splatting, photon-count 16384", "photon-splatting, photon-tracer within-texel"];
-    let mut all = walked(look);
-    all.extend(more.iter().skip(usize::from(quick)).map(|name| Case::one_bounce(look, name)));
-    all
-}
-
-/// Configurations whose flicker along a track is measured.
-pub fn walked(look: &Settings) -> Vec<Case> {
-    ["sampled", "virtual-lights", "photon-splatting"].map(|name| Case::one_bounce(look, name)).into()
+    let mut names =
+        vec!["sampled", "virtual-lights", "photon-splatting", "photon-splatting, photon-tracer within-texel"];
+    names.extend((!quick).then_some("photon-splatting, photon-count 16384"));
+    names.into_iter().map(|name| Case::one_bounce(look, name)).collect()
 }
 
 #[test]

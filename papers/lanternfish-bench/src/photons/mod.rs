@@ -12,7 +12,7 @@ use lanternfish_cli::{
 };
 use lanternfish_gpu::PassTime;
 
-use self::cases::{PAPER, cases, converging, walked};
+use self::cases::{PAPER, cases, converging};
 use crate::{
     bench::TimedFrames,
     case::Case,
@@ -82,8 +82,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     if is_beside {
         papers::beside(Paper::Aalund, "photons", &mut bench.report());
     }
-    let walked = named(walked(look), "flicker");
-    of.finish(&walked)
+    of.bench.finish()
 }
 
 /// Rate in millions per second; a dash if there is no time.

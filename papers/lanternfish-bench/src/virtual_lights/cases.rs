@@ -96,12 +96,6 @@ pub fn cases(look: &Settings, quick: bool, weight: u32) -> Vec<Case> {
     all
 }
 
-/// Configurations whose flicker along a track is measured: rays from every pixel, virtual lights, one light per texel, and no shadows.
-pub fn walked(look: &Settings) -> Vec<Case> {
-    let names = ["sampled", "virtual-lights", "virtual-lights, vpl-unique off", "virtual-lights, vpl-shadows none"];
-    names.map(|name| Case::one_bounce(look, name)).into()
-}
-
 /// Settings that compute ranges only: every texel of the map is a light, and no light is listed, so that the map can be large.
 pub fn ranges_alone(look: &Settings, map: MapSize, ranges: &str) -> Settings {
     let changes = format!(
@@ -128,6 +122,5 @@ mod tests {
         assert_eq!(unique.len(), all.len());
         assert!(WITH_STEPS.iter().chain(&BESIDE_EACH).all(|name| quick.contains(&(*name).to_owned())), "{quick:?}");
         ranges_alone(&look, MapSize::ALL[0], "vpl-ranges average, vpl-range-tracer bvh");
-        assert_eq!(walked(&look).len(), 4);
     }
 }

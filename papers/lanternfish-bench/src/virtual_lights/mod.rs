@@ -10,10 +10,7 @@ use std::cell::RefCell;
 use lanternfish_cli::error::CliError;
 use lanternfish_papers::indirect::virtual_lights::MapSize;
 
-use self::{
-    cases::{cases, walked},
-    measure::Beside,
-};
+use self::{cases::cases, measure::Beside};
 use crate::{
     one_bounce::{self, OneBounce, OneBounceArgs},
     papers::{self, Paper},
@@ -44,6 +41,5 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let text = "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64² as in the paper, and through the BVH.";
     bench.section("Ranges (Archer 2019, table 3)", text, "ranges", ranges);
     papers::beside(Paper::Archer, "virtual-lights", &mut bench.report());
-    let walked = if args.requests("flicker") { walked(look) } else { Vec::new() };
-    of.finish(&walked)
+    of.bench.finish()
 }

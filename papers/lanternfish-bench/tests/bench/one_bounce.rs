@@ -49,7 +49,7 @@ fn gpu_no_indirect_light_has_no_energy() {
     }
 }
 
-/// Means of frames and flicker along a track are measured.
+/// Means of frames are measured.
 #[test]
 #[ignore = "full"]
 fn gpu_photons_are_compared_with_the_ground_truth() {
@@ -61,9 +61,7 @@ fn gpu_photons_are_compared_with_the_ground_truth() {
     assert!(counts[0] > 5_000.0 && counts[0] + counts[1] + counts[2] == counts[3], "{counts:?}");
     let means = report["means"].as_array().unwrap();
     assert!(means.len() == 8 && means.iter().any(|mean| mean["frames"] == 4), "{means:?}");
-    let flicker = report["flicker"].as_array().unwrap();
-    assert!(flicker.len() == 3 && flicker.iter().all(|row| row["places"].as_u64().unwrap() > 300), "{flicker:?}");
-    assert!(said.contains("## Means of frames") && said.contains("## Flicker"), "{said}");
+    assert!(said.contains("## Means of frames"), "{said}");
     assert!(folder.path().join("first/photon-splatting-4-frames.png").is_file());
 }
 
@@ -79,8 +77,6 @@ fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
         // Holes, and samples beside their texel's axis, change the light, but hardly the image.
         assert!(of(name, "builder_flip") < 0.05 && of(name, "builder_energy") > 0.7, "{report}");
     }
-    let flicker = report["flicker"].as_array().unwrap();
-    assert!(flicker.len() == 4 && flicker.iter().all(|row| row["places"].as_u64().unwrap() > 300), "{flicker:?}");
     // His steps, and their sum, of the three techniques that have them.
     for name in ["virtual-lights", "as in the paper", "as in the paper, our deep images"] {
         let table = report["archer_table_1"].as_array().unwrap();
@@ -92,8 +88,5 @@ fn gpu_virtual_lights_are_compared_with_the_ground_truth() {
             "{row}"
         );
     }
-    assert!(
-        said.contains("## Table 1: steps, ms") && said.contains("| 64² | ") && said.contains("## Flicker"),
-        "{said}"
-    );
+    assert!(said.contains("## Table 1: steps, ms") && said.contains("| 64² | "), "{said}");
 }

@@ -25,7 +25,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
     &[
         Root::new("deep_images/build/single_pass"),
         Root::of("deep_images/build/distribute", &[STORES, &[&[], &[LITERAL]]]),
-        Root::of("deep_images/build/per_triangle", &[STORES]),
+        Root::of("deep_images/build/per_triangle", &[STORES, &[&[], &[SLOPES]]]),
         Root::of("deep_images/build/per_direction", &[STORES]),
         Root::new("deep_images/build/depth_peeling"),
         Root::of("deep_images/build/peeled", &[STORES]),
@@ -53,6 +53,8 @@ pub(crate) const PAYLOAD: Feature = Feature::new("payload");
 pub(crate) const BLOCK_SORT: Feature = Feature::new("block_sort");
 /// Samples of the single pass become fragments as they are.
 pub(super) const LITERAL: Feature = Feature::new("literal");
+/// Depths hold the slopes of their surfaces.
+pub(crate) const SLOPES: Feature = Feature::new("slopes");
 /// Lists in linear arrays are searched linearly.
 pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
 
@@ -137,7 +139,8 @@ impl DeepImageSettings {
                 DeepStore::LinearArray => DeepSearch::ALL,
                 DeepStore::LinkedList | DeepStore::SortedLinkedList => &[DeepSearch::Bisection],
             };
-            searches.iter().map(move |search| Self { search: *search, ..images })
+            let of = move |slopes| searches.iter().map(move |search| Self { search: *search, slopes, ..images });
+            [false, true].into_iter().flat_map(of)
         };
         DeepStore::ALL.iter().flat_map(|store| of_kind(Self { store: *store, payload, ..Self::default() })).collect()
     }
@@ -151,6 +154,7 @@ impl DeepImageSettings {
         };
         let steps = self.store == DeepStore::LinearArray && self.search == DeepSearch::LinearSteps;
         let search = steps.then_some(LINEAR_STEPS);
-        store.into_iter().chain(search).chain(self.payload.then_some(PAYLOAD)).collect()
+        let slopes = self.slopes.then_some(SLOPES);
+        store.into_iter().chain(search).chain(self.payload.then_some(PAYLOAD)).chain(slopes).collect()
     }
 }

@@ -64,6 +64,11 @@ gpu_struct! {
         rests: u32,
         /// Size of the previous frame, pixels.
         size_before: UVec2,
+        /// Roughness below which surfaces have glossy rays, in the division of emission between direct light, which
+        /// samples it, and rays of indirect light; below 0: it is not divided.
+        emission_roughness: f32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -147,7 +152,15 @@ impl Technique for SampledLights {
 
 impl DirectTechnique for SampledLights {
     fn parts(&self, settings: &Settings) -> Parts {
-        if samples_emission(settings) { Parts::HITS } else { Parts::LIGHT_TREES }
+        if samples_emission(settings) || settings.shares_emission().is_some() {
+            Parts::HITS
+        } else {
+            Parts::LIGHT_TREES
+        }
+    }
+
+    fn samples_emission(&self) -> bool {
+        true
     }
 
     fn build(
@@ -160,12 +173,12 @@ impl DirectTechnique for SampledLights {
     }
 }
 
-/// True if emissive triangles are sampled: unless indirect light brings their light.
+/// True if all of the light of emissive triangles is sampled: unless indirect light brings it.
 fn samples_emission(settings: &Settings) -> bool {
     !settings.indirect.brings_emission()
 }
 
-/// Features of the passes that sample lights: of shading too.
+/// Features of the passes that sample lights, for transparent surfaces too.
 pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
     let mut features: Vec<Feature> = samples_emission(settings).then_some(EMISSION).into_iter().collect();
     if let Some(tracer) = tracer {
@@ -196,6 +209,7 @@ pub(super) struct SampledPasses {
     frames: u32,
     trace: SceneKernel,
     casts_shadows: bool,
+    emission_roughness: f32,
     filters: Option<Filters>,
 }
 
@@ -210,6 +224,7 @@ impl SampledPasses {
         let is_filtered = technique.denoise == Denoise::On;
         let has_history = settings.history == History::On;
         let mut features = [&[TILES], &features(settings, tracer)[..]].concat();
+        features.extend(settings.shares_emission().map(|_| EMISSION));
         features.extend(is_filtered.then_some(REMEMBERED));
         features.extend((is_filtered && has_history).then_some(REPROJECTED));
         let (module, label) = ("direct_light/sampled/trace", "direct_light/trace");
@@ -220,6 +235,7 @@ impl SampledPasses {
             frames: settings.image.accumulate,
             trace: SceneKernel::new(device, DECLARED, module, &features, "trace", label)?,
             casts_shadows: tracer.is_some(),
+            emission_roughness: settings.shares_emission().unwrap_or(-1.0),
             filters: is_filtered.then(|| Filters::new(device, has_history)).transpose()?,
         })
     }
@@ -240,6 +256,8 @@ impl SampledPasses {
             remembers: 0,
             rests: 0,
             size_before: UVec2::ONE,
+            emission_roughness: self.emission_roughness,
+            _pad: 0,
         }
     }
 }

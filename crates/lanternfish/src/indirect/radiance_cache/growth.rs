@@ -48,6 +48,18 @@ fn has_room(slots: u32, entries: u32) -> bool {
 }
 
 impl RadianceCache {
+    /// Empties the table of an image's first frame, so that its entries do not depend on rays before.
+    pub fn forget(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        cache: &mut CacheOfFrame,
+    ) -> Result<(), RenderError> {
+        self.table.get(frame).iter_mut().for_each(|table| table.used_in = u64::MAX);
+        *cache = self.begin(frame, view)?;
+        Ok(())
+    }
+
     /// True if an image's first frame has to start over because the table was too small. It is then replaced by a
     /// larger, empty one, and the view's rays have to look up their entries again. `sample_index`: the last processed
     /// one of `sample_count`.

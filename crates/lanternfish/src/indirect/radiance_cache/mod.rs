@@ -219,6 +219,11 @@ impl CacheOfFrame {
         self.is_new.then_some(self.parameters.fewest)
     }
 
+    /// True if an image starts with this view, without entries.
+    pub fn starts_image(&self) -> bool {
+        self.may_start_over
+    }
+
     /// Update stride of the frame's first update: of the existing entries 1 in so many gets a sample; 0: none.
     pub fn fraction(&self) -> u32 {
         self.update.fraction

@@ -8,6 +8,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
     PROBES, SampleSlots, SampledParameters,
+    passes::RayGrid,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -62,14 +63,13 @@ impl EntryPasses {
         })
     }
 
-    /// Prepares the entries for the rays of a grid of `size` sources: `sample_count` rays from each.
+    /// Prepares the entries for the rays of a grid.
     pub fn begin<'a>(
         &'a self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         CachedFrame { cache, of_frame, may_start_over }: CachedFrame<'a>,
-        size: UVec2,
-        sample_count: u32,
+        &RayGrid { size, sample_count, explores, .. }: &RayGrid<'_>,
     ) -> Result<FrameEntries<'a>, RenderError> {
         let pixels = u64::from(place_count(size));
         let together = if of_frame.is_accumulated() {
@@ -94,6 +94,7 @@ impl EntryPasses {
             dispatches,
             together,
             sample_count,
+            explores,
             sky_is_dark,
             fraction,
         })
@@ -161,6 +162,8 @@ pub(super) struct FrameEntries<'a> {
     /// Sample indices whose hits are gathered together.
     together: u32,
     sample_count: u32,
+    /// [`RayGrid::explores`].
+    explores: u32,
     sky_is_dark: u32,
     /// Update stride of this frame; 0: no entry gets another sample.
     fraction: u32,
@@ -229,6 +232,10 @@ impl FrameEntries<'_> {
     /// have voted. The samples of an entry are thereby spread over several hits.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, sample_index: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
+        if self.explores > 0 {
+            self.cache.update(frame, view, self.of_frame, 1);
+            return;
+        }
         // At least one after the first sample index: entries are counted then, too.
         let until = |sample_index: u32| {
             (u64::from(samples) * u64::from(sample_index.min(self.sample_count))).div_ceil(u64::from(self.sample_count))
@@ -253,9 +260,10 @@ impl FrameEntries<'_> {
         sample_index: u32,
     ) -> Result<bool, RenderError> {
         let evaluates = sample_index + 1 == self.sample_count || (sample_index + 1).is_power_of_two();
+        let sample_count = if self.explores > 0 { self.explores } else { self.sample_count };
         Ok(evaluates
             && self.may_start_over
-            && self.cache.starts_over(frame, view, self.of_frame, sample_index, self.sample_count)?)
+            && self.cache.starts_over(frame, view, self.of_frame, sample_index, sample_count)?)
     }
 
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`:

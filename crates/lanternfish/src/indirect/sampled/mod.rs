@@ -11,6 +11,7 @@ mod passes;
 pub mod probes;
 pub(super) mod sample_order;
 pub(super) mod settings;
+mod spots;
 mod targets;
 
 use glam::{UVec2, Vec3};
@@ -23,15 +24,16 @@ pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
 use self::{
     entries::CachedFrame,
     passes::{RayGrid, RayPasses},
+    spots::Spots,
 };
 use super::{
     DemodulatedIrradiance, IndirectPasses, layers_target,
-    radiance_cache::{Bounces, CacheSettings, RadianceCache},
+    radiance_cache::{Bounces, CacheOfFrame, CacheSettings, RadianceCache},
 };
 use crate::{
     context::ViewContext,
     denoise::{
-        IndirectClamp,
+        IndirectClamp, IndirectResolution,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     environment_light::ENVIRONMENT,
@@ -42,6 +44,9 @@ use crate::{
     settings::Settings,
     shaders::{Root, Shaders},
 };
+
+/// In a frame that has no entries, one of so many diffuse rays is traced before the others, to find bright spots.
+const EXPLORING: u32 = 4;
 
 /// Glossy rays are traced beside diffuse ones.
 const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
@@ -62,6 +67,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::computed("indirect/sampled/emitters", exact_in_scenes),
         Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]], &[&[], &[IN_LEVELS]]]),
         Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
+        Root::new("indirect/sampled/spots"),
         Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
     ],
     &[
@@ -93,7 +99,7 @@ gpu_struct! {
         first_points: UVec2,
         /// Index in the pixel's other sequence, which jitters hit points, of its first ray.
         first_end: u32,
-        /// Rays per pixel to emissive triangles; 0 if nothing is emissive.
+        /// Rays per pixel to emissive triangles; 0 if nothing is emissive, or if direct light samples them.
         emitter_rays: u32,
         /// 1: the radiance cache lights hits.
         has_entries: u32,
@@ -113,8 +119,9 @@ gpu_struct! {
         lobes_apart: u32,
         /// 1: hits of glossy rays are shaded. The radiance cache adds the light that they reflect from other surfaces.
         shades_mirrored: u32,
-        /// Unused.
-        _pad: u32,
+        /// Roughness below which surfaces have glossy rays, in the division of emission between direct light, which
+        /// samples it, and rays of indirect light; below 0: it is not divided.
+        emission_roughness: f32,
     }
 }
 
@@ -175,10 +182,13 @@ gpu_struct! {
 #[derive(Debug)]
 pub(super) struct SampledLight {
     pub settings: Sampled,
+    /// [`Settings::shares_emission`].
+    pub shares_emission: Option<f32>,
     /// Least number of frames over which an image is averaged.
     pub frames: u32,
     pub rays: RayPasses,
     pub cache: Option<RadianceCache>,
+    pub spots: Spots,
     pub smoothing: Smoothing,
 }
 
@@ -202,14 +212,54 @@ impl SampledLight {
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
         Ok(Self {
             settings: sampled,
+            shares_emission: settings.shares_emission(),
             frames: settings.image.accumulate,
-            rays: RayPasses::new(device, &sampled, structure, exact, &[])?,
+            rays: RayPasses::new(device, &sampled, settings, exact, &[])?,
             cache: match sampled.hit_light {
                 HitLight::Shaded => None,
                 HitLight::Cached => Some(RadianceCache::new(device, of_cache, exact, structure)?),
             },
+            spots: Spots::new(device)?,
             smoothing: Smoothing::new(device, settings.history)?,
         })
+    }
+
+    /// 1 if pixels sample emissive triangles of a scene, and [`SampledParameters::emission_roughness`].
+    pub fn emission(&self, scene: &GpuScene) -> (u32, f32) {
+        match self.shares_emission.filter(|_| scene.has_emissive_triangles()) {
+            Some(emission_roughness) => (0, emission_roughness),
+            None => (scene.has_emissive_triangles().into(), -1.0),
+        }
+    }
+
+    /// Finds bright spots by a few rays from every fourth pixel, before an image has entries.
+    fn explore(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+        of_frame: &mut CacheOfFrame,
+        parameters: SampledParameters,
+    ) -> Result<(), RenderError> {
+        self.spots.forget(frame);
+        let Some(cache) = &mut self.cache else { return Ok(()) };
+        let (half, unfiltered) = (IndirectResolution::Half, Smoothed::new(0, false, 1));
+        for rows in PixelIrradiance::bands(surface.size, half) {
+            let irradiance = PixelIrradiance::of_rows(frame, surface.size, half, unfiltered, rows)?;
+            let grid = RayGrid {
+                size: irradiance.size,
+                parameters,
+                sample_count: parameters.diffuse_rays.div_ceil(EXPLORING),
+                emitter_rays: 0,
+                explores: parameters.diffuse_rays + parameters.glossy_rays,
+                sums: &irradiance.irradiance,
+                bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
+            };
+            let cached = CachedFrame { cache, of_frame, may_start_over: true };
+            self.rays.record(frame, view_context, surface, &grid, Some(cached))?;
+        }
+        self.spots.record(frame, view_context, of_frame)?;
+        cache.forget(frame, view_context, of_frame)
     }
 
     /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights,
@@ -227,7 +277,7 @@ impl IndirectPasses for SampledLight {
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
-        let settings = &self.settings;
+        let settings = self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let smoothed = Smoothed::new(radius, settings.clamp == IndirectClamp::On, frames);
@@ -239,7 +289,8 @@ impl IndirectPasses for SampledLight {
         let diffuse_rays = if is_first { settings.first_rays * settings.diffuse_rays } else { settings.diffuse_rays };
         // One emitter sample per two diffuse rays; BSDF samples that hit emitters are combined by MIS and cost nothing
         // more.
-        let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
+        let (samples, emission_roughness) = self.emission(scene);
+        let emitter_rays = samples * diffuse_rays.div_ceil(2);
         let earlier_frames =
             frames_before(view.random_index, is_first, if of_frame.is_some() { settings.first_rays } else { 1 });
         let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
@@ -254,10 +305,18 @@ impl IndirectPasses for SampledLight {
             diffuse_density: diffuse_rays as f32,
             most_roughness: f32::MAX,
             shades_mirrored: self.shades_mirrored(scene).into(),
+            emission_roughness,
             ..Default::default()
         };
         let layers = layers_target(frame, surface.size);
         let mut counters = Vec::new();
+        match &mut of_frame {
+            Some(of_frame) if of_frame.starts_image() => {
+                self.explore(frame, view_context, surface, of_frame, parameters)?;
+            }
+            Some(of_frame) => self.spots.record(frame, view_context, of_frame)?,
+            None => self.spots.forget(frame),
+        }
         for rows in PixelIrradiance::bands(surface.size, resolution) {
             let irradiance = PixelIrradiance::of_rows(frame, surface.size, resolution, smoothed, rows)?;
             let grid = RayGrid {
@@ -265,8 +324,9 @@ impl IndirectPasses for SampledLight {
                 parameters,
                 sample_count: diffuse_rays + settings.glossy_rays,
                 emitter_rays,
+                explores: 0,
                 sums: &irradiance.irradiance,
-                bindings: irradiance.bindings(),
+                bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
             };
             let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
                 cache,

@@ -15,7 +15,8 @@ use crate::{
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
-    rays::{SceneKernel, Structure, TracePass, Tracer},
+    rays::{SceneKernel, TracePass, Tracer},
+    settings::Settings,
 };
 
 /// The rays of a grid of sources: pixels, or screen probes.
@@ -28,6 +29,9 @@ pub(in crate::indirect) struct RayGrid<'a> {
     pub sample_count: u32,
     /// Rays of a source to emissive triangles.
     pub emitter_rays: u32,
+    /// Number of sample indices before which these rays explore: they find entries, and no light is gathered. 0: they do
+    /// not.
+    pub explores: u32,
     /// Buffer to which the rays' light is added.
     pub sums: &'a wgpu::Buffer,
     /// Bindings of the sources.
@@ -54,10 +58,11 @@ impl RayPasses {
     pub fn new(
         device: &wgpu::Device,
         sampled: &Sampled,
-        structure: &Structure,
+        settings: &Settings,
         exact: Tracer,
         of_source: &[Feature],
     ) -> Result<Self, RenderError> {
+        let structure = &settings.structure;
         let is_of_pixels = of_source.is_empty();
         let folder = if is_of_pixels { "indirect" } else { "indirect/probes" };
         let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
@@ -79,7 +84,10 @@ impl RayPasses {
             shade_environment: kernel("shade", &[&[ENVIRONMENT], of_ids].concat())?,
             shadow: of_scene("shadow")?,
             shades_many: !is_of_pixels,
-            emitters: if is_of_pixels { Some(of_scene("emitters")?) } else { None },
+            emitters: match is_of_pixels && settings.shares_emission().is_none() {
+                true => Some(of_scene("emitters")?),
+                false => None,
+            },
             entries: match sampled.hit_light {
                 HitLight::Shaded => None,
                 HitLight::Cached => Some(EntryPasses::new(device, of_rays, traced, folder)?),
@@ -98,9 +106,7 @@ impl RayPasses {
     ) -> Result<Counters, RenderError> {
         let ViewContext { scene, buffer, .. } = view_context;
         let mut entries = match (&self.entries, cached) {
-            (Some(passes), Some(cached)) => {
-                Some(passes.begin(frame, view_context, cached, grid.size, grid.sample_count)?)
-            }
+            (Some(passes), Some(cached)) => Some(passes.begin(frame, view_context, cached, grid)?),
             _ => None,
         };
         let targets = Targets::new(frame, grid.size, grid.sample_count, self.shades_many)?;
@@ -183,6 +189,7 @@ impl RayPasses {
             }
             if let Some(entries) = &mut entries
                 && sample_index + 1 == of_entries.end
+                && grid.explores == 0
             {
                 entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits));
             }

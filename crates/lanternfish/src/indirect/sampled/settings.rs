@@ -125,6 +125,10 @@ impl IndirectTechnique for Sampled {
         self.tracer.resolve(automatic);
     }
 
+    fn shares_emission(&self) -> Option<f32> {
+        Some(if self.glossy_rays > 0 { f32::MAX } else { 0.0 })
+    }
+
     fn for_transparent(&mut self) {
         self.tracer = self.tracer.fixed().exact().into();
         self.resolution = IndirectResolution::Full;

@@ -1,6 +1,7 @@
 //! Emissive triangles.
 
 use super::*;
+use crate::techniques::{Denoise, SampledLights};
 
 /// A square lamp of this half edge above the middle of a floor, facing it.
 fn lamp_over_floor(half: f32, height: f32, radiance: f32, floor: Material) -> Scene {
@@ -24,19 +25,25 @@ fn gpu_a_small_lamp_lights_every_pixel(gpu: &Gpu) {
     assert!(actual.iter().all(|pixel| pixel.x > 0.3 * below), "a pixel is dark");
 }
 
-/// Emitter sampling and BSDF sampling together count emission once, on matt and on glossy floors, for large and for small lamps.
+/// Rays that hit lamps count emission once, together with rays to lamps or with sampled direct light, on matt and on glossy floors, for large and small lamps.
 #[gpu_test]
 fn gpu_emission_is_neither_lost_nor_counted_twice(gpu: &Gpu) {
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
+    let unfiltered = Direct::from(SampledLights { denoise: Denoise::Off, ..SampledLights::default() });
     let metal = Material { metallic: 1.0, perceptual_roughness: 0.35, ..matt(0.8) };
     for (name, floor) in [("matt", matt(0.5)), ("metal", metal)] {
         for (half, height, diffuse_rays, glossy_rays) in [(0.5, 1.0, 16, 16), (0.05, 0.6, 32, 8), (1.0, 0.3, 16, 16)] {
             let scene = lamp_over_floor(half, height, 10.0, floor.clone());
             let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::BVH) };
-            let energy =
-                mean(&rendering(gpu, settings(rays), &scene, &camera)) / mean(&traced(&scene, &camera, 2, 256));
-            println!("{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}: energy {energy:.4}");
-            assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}: {energy}");
+            let expected = mean(&traced(&scene, &camera, 2, 256));
+            for direct in [Direct::NONE, unfiltered.clone()] {
+                let of_direct = settings(rays).with_direct(direct.clone());
+                let energy = mean(&rendering(gpu, of_direct, &scene, &camera)) / expected;
+                println!(
+                    "{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}, {direct:?}: {energy:.4}"
+                );
+                assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}, {direct:?}: {energy}");
+            }
         }
     }
 }

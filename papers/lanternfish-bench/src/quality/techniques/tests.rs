@@ -176,7 +176,7 @@ fn every_setting_has_rows_or_a_reason() {
         "structure",
     ];
     let without = [
-        // Does not change a single image; measured by `lanternfish-bench probes`.
+        // Does not change a single image; measured by `lanternfish-bench walks`.
         "history",
         // Set by the shot, for the ground truth too.
         "lights.attenuation",

@@ -63,6 +63,9 @@ impl Builder {
     }
 
     fn of(device: &wgpu::Device, builder: DeepBuilder, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        if settings.slopes && builder != DeepBuilder::PerTriangle {
+            return Err(RenderError::Together { setting: "`deep-slopes on`", needed: "`deep-builder per_triangle`" });
+        }
         Ok(match builder {
             DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
                 Self::SinglePass(SinglePass::new(device, settings)?)

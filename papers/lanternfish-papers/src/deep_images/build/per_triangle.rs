@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
 
 use super::super::{
     settings::DeepImageSettings,
-    shaders::{DECLARED, DeepGrid},
+    shaders::{DECLARED, DeepGrid, SLOPES},
     store::put_features,
 };
 
@@ -23,7 +23,8 @@ pub(super) struct PerTriangle {
 
 impl PerTriangle {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let shader = DECLARED.link("deep_images/build/per_triangle", &put_features(settings))?;
+        let features = [put_features(settings), settings.slopes.then_some(SLOPES).into_iter().collect()].concat();
+        let shader = DECLARED.link("deep_images/build/per_triangle", &features)?;
         Ok(Self { put: ComputeKernel::new(device, &shader, "put", "deep_images/gather") })
     }
 

@@ -41,6 +41,7 @@ impl Guide {
         surface: &Surface,
         probes: &Placed,
         (parameters, uniform): (&ProbeParameters, &BufferPart),
+        spots: &wgpu::Buffer,
     ) -> wgpu::TextureView {
         let format = wgpu::TextureFormat::Rg32Uint;
         let rays = frame_layers(frame, "indirect/probes/rays", probes.grid, format, parameters.rays);
@@ -48,7 +49,7 @@ impl Guide {
         let before = self.views.get(frame, *key).filter(|before| has_before && before.tiles == parameters.tiles);
         let light_before = before.map(|before| before.light.clone());
         let bindings = buffer.bindings().with(&surface.bindings()).with(&probes.bindings());
-        let bindings = bindings.part("probes", uniform).texture("aimed_rays", &rays);
+        let bindings = bindings.part("probes", uniform).texture("aimed_rays", &rays).buffer("bright_spots", spots);
         let groups = [probes.grid.x, probes.grid.y, 1];
         match &light_before {
             None => frame.dispatch(&self.aim, &bindings, groups),

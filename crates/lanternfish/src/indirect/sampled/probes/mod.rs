@@ -23,7 +23,9 @@ use self::{
     guide::{GUIDED, Guide},
     placement::{Placed, Placement},
 };
-use super::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur};
+use super::{
+    CachedFrame, EXPLORING, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur,
+};
 use crate::{
     context::ViewContext,
     denoise::{
@@ -112,7 +114,7 @@ impl ProbeLight {
         };
         let exact = tracer.unwrap_or(Tracer::BVH).exact();
         Ok(Self {
-            rays: RayPasses::new(device, &light.settings, &rendering.structure, exact, &[PROBES])?,
+            rays: RayPasses::new(device, &light.settings, rendering, exact, &[PROBES])?,
             settings,
             light,
             placement: Placement::new(device)?,
@@ -123,24 +125,32 @@ impl ProbeLight {
         })
     }
 
-    /// The rays of probes: their filtered sums.
-    fn record_probes(
+    /// Traces rays of probes. `sums`: their light; `explores`: of [`RayGrid`].
+    fn trace_rays(
         &mut self,
         frame: &mut Frame<'_>,
         view_context: &ViewContext<'_>,
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
         found: &Found<'_>,
-    ) -> Result<(wgpu::Buffer, Counters), RenderError> {
-        let &Found { probes, contact, parameters, uniform } = found;
-        let ViewContext { scene, view, buffer, .. } = view_context;
-        let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
-        let sums = frame.scratch("indirect/probes/sums", bytes)?;
-        let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
-        let aimed = self.guide.aim(frame, view_context, surface, probes, (parameters, uniform));
-        let rays = self.settings.probe_rays;
+        sums: &wgpu::Buffer,
+        (rays, explores): (u32, u32),
+    ) -> Result<Counters, RenderError> {
+        let ViewContext { scene, view, .. } = view_context;
+        let parameters = ProbeParameters { rays, ..*found.parameters };
+        let uniform = frame.uniform(&parameters);
+        let aimed = self.guide.aim(
+            frame,
+            view_context,
+            surface,
+            found.probes,
+            (&parameters, &uniform),
+            &self.light.spots.listed,
+        );
+        let (emitter_rays, emission_roughness) = self.light.emission(scene);
         let of_rays = SampledParameters {
-            emitter_rays: u32::from(scene.has_emissive_triangles()),
+            emitter_rays,
+            emission_roughness,
             first_points: UVec2::splat(view.random_index).wrapping_mul(UVec2::new(rays, 1)),
             first_end: view.random_index.wrapping_mul(rays),
             diffuse_rays: rays,
@@ -149,16 +159,47 @@ impl ProbeLight {
             ..Default::default()
         };
         let grid = RayGrid {
-            size: probes.grid,
+            size: found.probes.grid,
             parameters: of_rays,
             sample_count: rays,
             emitter_rays: 0,
-            sums: &sums,
-            bindings: probes.bindings().texture("probe_rays", &aimed),
+            explores,
+            sums,
+            bindings: found.probes.bindings().texture("probe_rays", &aimed),
         };
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: true });
-        let counters = self.rays.record(frame, view_context, surface, &grid, cached)?;
+        self.rays.record(frame, view_context, surface, &grid, cached)
+    }
+
+    /// The rays of probes: their filtered sums.
+    fn record_probes(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view_context: &ViewContext<'_>,
+        surface: &Surface,
+        of_frame: &mut CacheOfFrame,
+        found: &Found<'_>,
+    ) -> Result<(wgpu::Buffer, Vec<Counters>), RenderError> {
+        let &Found { probes, contact, parameters, uniform } = found;
+        let buffer = &view_context.buffer;
+        let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
+        let sums = frame.scratch("indirect/probes/sums", bytes)?;
+        let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
+        let rays = self.settings.probe_rays;
+        let mut counters = Vec::new();
+        if of_frame.starts_image() {
+            self.light.spots.forget(frame);
+            let few = (rays.div_ceil(EXPLORING), rays);
+            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, few)?);
+        }
+        self.light.spots.record(frame, view_context, of_frame)?;
+        if of_frame.starts_image()
+            && let Some(cache) = &mut self.light.cache
+        {
+            cache.forget(frame, view_context, of_frame)?;
+        }
+        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, (rays, 0))?);
         let surfaces = buffer
             .bindings()
             .with(&surface.bindings())
@@ -182,7 +223,7 @@ impl ProbeLight {
     ) -> Result<Option<wgpu::TextureView>, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
         let glossy_rays = u32::from(self.light.settings.glossy_rays > 0);
-        let emitter_rays = u32::from(scene.has_emissive_triangles());
+        let (emitter_rays, emission_roughness) = self.light.emission(scene);
         if glossy_rays + emitter_rays == 0 {
             return Ok(None);
         }
@@ -198,6 +239,7 @@ impl ProbeLight {
             diffuse_density: self.settings.probe_rays as f32,
             most_roughness: if glossy_rays > 0 { LEAST_ROUGHNESS } else { 0.0 },
             lobes_apart: 1,
+            emission_roughness,
             shades_mirrored: self.light.shades_mirrored(scene).into(),
             ..Default::default()
         };
@@ -206,8 +248,9 @@ impl ProbeLight {
             parameters,
             sample_count: 1,
             emitter_rays,
+            explores: 0,
             sums: &irradiance.irradiance,
-            bindings: irradiance.bindings(),
+            bindings: irradiance.bindings().buffer("bright_spots", &self.light.spots.listed),
         };
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: false });
@@ -242,8 +285,7 @@ impl IndirectPasses for ProbeLight {
         let finding = surfaces.clone().part("probes", &uniform).texture("contact_target", &contact);
         frame.dispatch(&self.contact, &finding, groups(&self.contact, surface.size));
         let found = Found { probes: &probes, contact: &contact, parameters: &parameters, uniform: &uniform };
-        let (filtered, of_probes) = self.record_probes(frame, view_context, surface, &mut of_frame, &found)?;
-        let mut counters = vec![of_probes];
+        let (filtered, mut counters) = self.record_probes(frame, view_context, surface, &mut of_frame, &found)?;
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);
         let uniform = frame.uniform(&ProbeParameters { has_pixel_rays: of_pixels.is_some().into(), ..parameters });

@@ -1,6 +1,6 @@
 //! Parameters of indirect light from screen probes.
 
-use super::{DECLARED, ProbeLight};
+use super::{DECLARED, LEAST_ROUGHNESS, ProbeLight};
 use crate::{
     error::RenderError,
     gpu_scene::Parts,
@@ -107,6 +107,11 @@ impl IndirectTechnique for Probes {
 
     fn resolve_tracer(&mut self, automatic: Tracer) {
         self.per_pixel.tracer.resolve(automatic);
+    }
+
+    fn shares_emission(&self) -> Option<f32> {
+        let most_roughness = self.per_pixel.shares_emission()?;
+        Some(if self.is_per_pixel { most_roughness } else { most_roughness.min(LEAST_ROUGHNESS) })
     }
 
     fn for_transparent(&mut self) {

@@ -16,7 +16,18 @@ use super::*;
 type On<'a> = (&'a Gpu, &'a ShaderLibrary);
 
 /// Runs an entry point of `testing/screen_probes`; `each`: vectors of a query and of its answer.
-fn evaluate((gpu, library): On, entry: &str, rays: u32, queries: &[Vec4], each: [usize; 2]) -> Vec<Vec4> {
+fn evaluate(on: On, entry: &str, rays: u32, queries: &[Vec4], each: [usize; 2]) -> Vec<Vec4> {
+    evaluate_at(on, entry, (rays, &[]), queries, each)
+}
+
+/// The same with bright spots: the middle and the radius of each, and its light, nit m²; beside a mean of 1 nit.
+fn evaluate_at(
+    (gpu, library): On,
+    entry: &str,
+    (rays, spots): (u32, &[[Vec4; 2]]),
+    queries: &[Vec4],
+    each: [usize; 2],
+) -> Vec<Vec4> {
     let shader = library.link("testing/screen_probes", &[PROBES]).unwrap_or_else(|error| panic!("{error}"));
     let count = queries.len() / each[0];
     let mut memory = Memory::new();
@@ -24,6 +35,9 @@ fn evaluate((gpu, library): On, entry: &str, rays: u32, queries: &[Vec4], each: 
     memory.bind(&["answers"], &vec![Vec4::ZERO; count * each[1]]);
     memory.bind(&["sampled"], &[SampledParameters { diffuse_rays: rays, ..Default::default() }]);
     memory.bind(&["view"], &[View::default()]);
+    let head = [Vec4::new(f32::from_bits(spots.len() as u32), 1.0, 0.0, 0.0)];
+    let listed: Vec<Vec4> = head.into_iter().chain(spots.iter().flatten().copied()).collect();
+    memory.bind(&["bright_spots"], &[listed, vec![Vec4::ZERO; 16]].concat()[..17]);
     memory.run_on(gpu, &shader, entry, [count.div_ceil(64) as u32, 1, 1]);
     memory.get("answers")
 }
@@ -184,14 +198,14 @@ fn gpu_glossy_lobes_of_rough_surfaces_are_integrals(gpu: &Gpu) {
     }
 }
 
-/// A ray of a probe: its direction's cosine to the normal; its weights as radiance and as irradiance over pi.
-fn rays(on: On, normal: Vec3, shift: [f32; 2], count: u32) -> Vec<(f64, [f64; 2])> {
+/// A ray of a probe: its direction; its weights as radiance and as irradiance over pi.
+fn rays(on: On, spots: &[[Vec4; 2]], normal: Vec3, shift: [f32; 2], count: u32) -> Vec<(Vec3, [f64; 2])> {
     let queries: Vec<Vec4> =
         (0..count).flat_map(|i| [normal.extend(i as f32), Vec4::new(shift[0], shift[1], 0.0, 0.0)]).collect();
-    let answers = evaluate(on, "rays", count, &queries, [2, 2]);
+    let answers = evaluate_at(on, "rays", (count, spots), &queries, [2, 2]);
     let of = |answer: &[Vec4]| {
         assert!((answer[0].truncate().length() - 1.0).abs() < 1e-5, "{answer:?}");
-        (f64::from(answer[0].truncate().dot(normal)), [answer[1].x, answer[1].y].map(f64::from))
+        (answer[0].truncate(), [answer[1].x, answer[1].y].map(f64::from))
     };
     answers.chunks(2).map(of).collect()
 }
@@ -202,7 +216,8 @@ fn off_of_rays(on: On) -> f64 {
     let (count, uniform, pi) = (1024, 0.25, std::f64::consts::PI);
     let mut most: f64 = 0.0;
     for (normal, shift) in [(Vec3::Y, [0.1, 0.7]), (Vec3::new(-0.6, 0.0, -0.8), [0.9, 0.3])] {
-        let rays = rays(on, normal, shift, count);
+        let rays = rays(on, &[], normal, shift, count);
+        let rays: Vec<_> = rays.into_iter().map(|(to, weights)| (f64::from(to.dot(normal)), weights)).collect();
         let of_all = |sum: f64| sum / f64::from(count);
         for cosine in [0.05, 0.2, 0.5, 0.8, 0.95] {
             let below = rays.iter().filter(|(own, _)| *own < cosine).count() as f64;
@@ -231,6 +246,35 @@ fn gpu_rays_of_probes_follow_their_density(gpu: &Gpu) {
         [("1.0 / density", "1.01 / density"), ("+ 4.0 * (1.0 - UNIFORM) * u)", "+ 3.8 * (1.0 - UNIFORM) * u)")]
     {
         assert!(off_of_rays((gpu, &edited_library(module, text, by))) > 6e-3, "blind to {by}");
+    }
+}
+
+/// Largest error of rays of which a part is aimed at two spots, one of them near: of the light of a white hemisphere, and of the solid angle of the far one.
+fn off_of_aimed_rays(on: On) -> f64 {
+    let pi = std::f64::consts::PI;
+    let far = Vec3::new(0.6, 0.8, 0.0);
+    let spots = [[(4.0 * far).extend(0.5), Vec4::X * 60.0], [Vec3::new(-0.2, 0.3, 0.4).extend(0.3), Vec4::X * 0.5]];
+    let rays = rays(on, &spots, Vec3::Y, [0.1, 0.7], 4096);
+    let cosine = (1.0 - 1.0 / 64.0f64).sqrt();
+    let within: Vec<_> = rays.iter().filter(|(to, _)| f64::from(to.dot(far)) > cosine).collect();
+    assert!(within.len() > 600, "{} rays are aimed", within.len());
+    let of = |rays: &mut dyn Iterator<Item = &f64>, expected: f64| (rays.sum::<f64>() / expected - 1.0).abs();
+    let all = of(&mut rays.iter().map(|(_, [radiance, _])| radiance), 2.0 * pi);
+    let angle = of(&mut within.iter().map(|(_, [radiance, _])| radiance), 2.0 * pi * (1.0 - cosine));
+    all.max(angle).max(of(&mut rays.iter().map(|(_, [_, irradiance])| irradiance), 1.0))
+}
+
+/// Rays aimed at bright spots keep the light of all directions.
+#[gpu_test]
+fn gpu_rays_aimed_at_bright_spots_are_weighted(gpu: &Gpu) {
+    let most = off_of_aimed_rays((gpu, &library()));
+    assert!(most < 0.02, "{most}");
+    let module = "indirect/sampled/spot_list";
+    for (text, by) in
+        [("(1.0 - aim.part) * others", "others"), ("2.0 * PI * (1.0 - cone.cosine)", "6.0 * (1.0 - cone.cosine)")]
+    {
+        let most = off_of_aimed_rays((gpu, &edited_library(module, text, by)));
+        assert!(most > 0.03, "blind to {by}: {most}");
     }
 }
 
