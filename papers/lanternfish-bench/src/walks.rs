@@ -239,7 +239,7 @@ mod tests {
     fn every_technique_of_a_window_is_walked() {
         let walks = walks(&Settings::default());
         let count = |is: fn(&Settings) -> bool| walks.iter().filter(|(walk, _)| is(&walk.settings)).count();
-        assert_eq!((walks.len(), count(|settings| settings.direct.is::<SampledLights>())), (7, 3));
+        assert_eq!((walks.len(), count(|settings| settings.direct.is::<SampledLights>())), (7, 4));
         assert_eq!(count(|settings| settings.indirect.is_none()), 2);
         assert_eq!(count(|settings| settings.image.samples == Samples::Four), 1, "only good has them");
     }

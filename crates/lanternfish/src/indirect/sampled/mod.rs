@@ -11,7 +11,6 @@ mod passes;
 pub mod probes;
 pub(super) mod sample_order;
 pub(super) mod settings;
-mod spots;
 mod targets;
 
 use glam::{UVec2, Vec3};
@@ -24,16 +23,15 @@ pub(crate) use self::targets::MOST_SAMPLES_IN_TESTS;
 use self::{
     entries::CachedFrame,
     passes::{RayGrid, RayPasses},
-    spots::Spots,
 };
 use super::{
     DemodulatedIrradiance, IndirectPasses, layers_target,
-    radiance_cache::{Bounces, CacheOfFrame, CacheSettings, RadianceCache},
+    radiance_cache::{Bounces, CacheSettings, RadianceCache},
 };
 use crate::{
     context::ViewContext,
     denoise::{
-        IndirectClamp, IndirectResolution,
+        IndirectClamp,
         smoothing::{MOST_RADIUS, PixelIrradiance, Smoothed, Smoothing},
     },
     environment_light::ENVIRONMENT,
@@ -44,9 +42,6 @@ use crate::{
     settings::Settings,
     shaders::{Root, Shaders},
 };
-
-/// In a frame that has no entries, one of so many diffuse rays is traced before the others, to find bright spots.
-const EXPLORING: u32 = 4;
 
 /// Glossy rays are traced beside diffuse ones.
 const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
@@ -67,7 +62,6 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::computed("indirect/sampled/emitters", exact_in_scenes),
         Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]], &[&[], &[IN_LEVELS]]]),
         Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
-        Root::new("indirect/sampled/spots"),
         Root::of("indirect/sampled/gather_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]]]),
     ],
     &[
@@ -188,7 +182,6 @@ pub(super) struct SampledLight {
     pub frames: u32,
     pub rays: RayPasses,
     pub cache: Option<RadianceCache>,
-    pub spots: Spots,
     pub smoothing: Smoothing,
 }
 
@@ -219,7 +212,6 @@ impl SampledLight {
                 HitLight::Shaded => None,
                 HitLight::Cached => Some(RadianceCache::new(device, of_cache, exact, structure)?),
             },
-            spots: Spots::new(device)?,
             smoothing: Smoothing::new(device, settings.history)?,
         })
     }
@@ -230,36 +222,6 @@ impl SampledLight {
             Some(emission_roughness) => (0, emission_roughness),
             None => (scene.has_emissive_triangles().into(), -1.0),
         }
-    }
-
-    /// Finds bright spots by a few rays from every fourth pixel, before an image has entries.
-    fn explore(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view_context: &ViewContext<'_>,
-        surface: &Surface,
-        of_frame: &mut CacheOfFrame,
-        parameters: SampledParameters,
-    ) -> Result<(), RenderError> {
-        self.spots.forget(frame);
-        let Some(cache) = &mut self.cache else { return Ok(()) };
-        let (half, unfiltered) = (IndirectResolution::Half, Smoothed::new(0, false, 1));
-        for rows in PixelIrradiance::bands(surface.size, half) {
-            let irradiance = PixelIrradiance::of_rows(frame, surface.size, half, unfiltered, rows)?;
-            let grid = RayGrid {
-                size: irradiance.size,
-                parameters,
-                sample_count: parameters.diffuse_rays.div_ceil(EXPLORING),
-                emitter_rays: 0,
-                explores: parameters.diffuse_rays + parameters.glossy_rays,
-                sums: &irradiance.irradiance,
-                bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
-            };
-            let cached = CachedFrame { cache, of_frame, may_start_over: true };
-            self.rays.record(frame, view_context, surface, &grid, Some(cached))?;
-        }
-        self.spots.record(frame, view_context, of_frame)?;
-        cache.forget(frame, view_context, of_frame)
     }
 
     /// True if hits of glossy rays are shaded, and the cache adds further bounces, if there are any. With many lights,
@@ -277,7 +239,7 @@ impl IndirectPasses for SampledLight {
         surface: &Surface,
     ) -> Result<DemodulatedIrradiance, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
-        let settings = self.settings;
+        let settings = &self.settings;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let smoothed = Smoothed::new(radius, settings.clamp == IndirectClamp::On, frames);
@@ -310,13 +272,6 @@ impl IndirectPasses for SampledLight {
         };
         let layers = layers_target(frame, surface.size);
         let mut counters = Vec::new();
-        match &mut of_frame {
-            Some(of_frame) if of_frame.starts_image() => {
-                self.explore(frame, view_context, surface, of_frame, parameters)?;
-            }
-            Some(of_frame) => self.spots.record(frame, view_context, of_frame)?,
-            None => self.spots.forget(frame),
-        }
         for rows in PixelIrradiance::bands(surface.size, resolution) {
             let irradiance = PixelIrradiance::of_rows(frame, surface.size, resolution, smoothed, rows)?;
             let grid = RayGrid {
@@ -326,7 +281,7 @@ impl IndirectPasses for SampledLight {
                 emitter_rays,
                 explores: 0,
                 sums: &irradiance.irradiance,
-                bindings: irradiance.bindings().buffer("bright_spots", &self.spots.listed),
+                bindings: irradiance.bindings(),
             };
             let cached = self.cache.as_mut().zip(of_frame.as_mut()).map(|(cache, of_frame)| CachedFrame {
                 cache,

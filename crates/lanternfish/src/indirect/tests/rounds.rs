@@ -144,8 +144,7 @@ fn gpu_weights_of_diffuse_rays_need_no_directions(gpu: &Gpu) {
         queries.extend([normal.extend(random.unit()), towards.extend((i % 8) as f32)]);
         queries.push(Vec4::new(random.unit(), random.unit(), 0.0, 0.0));
     }
-    let no_spots = uniform_buffer_of(&gpu.device, "bright_spots", &[0u32; 68]);
-    let about = Bindings::new().buffer("sampled", &sampled).buffer("view", &view).buffer("bright_spots", &no_spots);
+    let about = Bindings::new().buffer("sampled", &sampled).buffer("view", &view);
     let answers = evaluate_module(gpu, "testing/ray_weights", "weights", &about, &queries, 3);
     let off = |a: Vec2, b: Vec2| (a - b).abs().max_element();
     // A ray within rounding of the surface may have weight 0.

@@ -12,6 +12,7 @@
 mod guide;
 mod placement;
 mod settings;
+mod spots;
 
 use glam::UVec2;
 use lanternfish_gpu::{BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
@@ -22,10 +23,9 @@ pub use self::settings::Probes;
 use self::{
     guide::{GUIDED, Guide},
     placement::{Placed, Placement},
+    spots::Spots,
 };
-use super::{
-    CachedFrame, EXPLORING, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur,
-};
+use super::{CachedFrame, PROBES, RayGrid, RayPasses, SampledLight, SampledParameters, diffuse_blur, glossy_blur};
 use crate::{
     context::ViewContext,
     denoise::{
@@ -48,6 +48,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::new("indirect/sampled/probes/refine"),
         Root::new("indirect/sampled/probes/compact"),
         Root::new("indirect/sampled/probes/contact"),
+        Root::new("indirect/sampled/probes/spots"),
         Root::of("indirect/sampled/probes/aim", &[&[&[], &[GUIDED]]]),
         Root::of("indirect/sampled/probes/filter", &[&[&[PROBES]]]),
         Root::of("indirect/sampled/probes/interpolate", &[&[&[PROBES]]]),
@@ -73,6 +74,8 @@ gpu_struct! {
 
 /// Size of `ProbeSums`, bytes.
 const SUMS_BYTES: u64 = 144;
+/// In an image's first frame, one of so many rays is traced before the others, to find bright spots.
+const EXPLORING: u32 = 4;
 /// Least perceptual roughness at which the glossy lobe reads the probes.
 const LEAST_ROUGHNESS: f32 = 0.5;
 
@@ -84,6 +87,7 @@ pub(super) struct ProbeLight {
     rays: RayPasses,
     placement: Placement,
     guide: Guide,
+    spots: Spots,
     contact: ComputeKernel,
     filter: ComputeKernel,
     interpolate: ComputeKernel,
@@ -97,6 +101,8 @@ struct Found<'a> {
     contact: &'a wgpu::TextureView,
     parameters: &'a ProbeParameters,
     uniform: &'a BufferPart,
+    /// Sums of the light of the probes' rays.
+    sums: &'a wgpu::Buffer,
 }
 
 impl ProbeLight {
@@ -119,13 +125,14 @@ impl ProbeLight {
             light,
             placement: Placement::new(device)?,
             guide: Guide::new(device)?,
+            spots: Spots::new(device)?,
             contact: kernel("contact", &[], "contact")?,
             filter: kernel("filter", &[PROBES], "filter_probes")?,
             interpolate: kernel("interpolate", &[PROBES], "interpolate")?,
         })
     }
 
-    /// Traces rays of probes. `sums`: their light; `explores`: of [`RayGrid`].
+    /// Traces rays of probes. `explores`: of [`RayGrid`].
     fn trace_rays(
         &mut self,
         frame: &mut Frame<'_>,
@@ -133,20 +140,13 @@ impl ProbeLight {
         surface: &Surface,
         of_frame: &mut CacheOfFrame,
         found: &Found<'_>,
-        sums: &wgpu::Buffer,
         (rays, explores): (u32, u32),
     ) -> Result<Counters, RenderError> {
         let ViewContext { scene, view, .. } = view_context;
         let parameters = ProbeParameters { rays, ..*found.parameters };
         let uniform = frame.uniform(&parameters);
-        let aimed = self.guide.aim(
-            frame,
-            view_context,
-            surface,
-            found.probes,
-            (&parameters, &uniform),
-            &self.light.spots.listed,
-        );
+        let aimed =
+            self.guide.aim(frame, view_context, surface, found.probes, (&parameters, &uniform), &self.spots.listed);
         let (emitter_rays, emission_roughness) = self.light.emission(scene);
         let of_rays = SampledParameters {
             emitter_rays,
@@ -164,7 +164,7 @@ impl ProbeLight {
             sample_count: rays,
             emitter_rays: 0,
             explores,
-            sums,
+            sums: found.sums,
             bindings: found.probes.bindings().texture("probe_rays", &aimed),
         };
         let cache = self.light.cache.as_mut();
@@ -181,32 +181,30 @@ impl ProbeLight {
         of_frame: &mut CacheOfFrame,
         found: &Found<'_>,
     ) -> Result<(wgpu::Buffer, Vec<Counters>), RenderError> {
-        let &Found { probes, contact, parameters, uniform } = found;
+        let &Found { probes, contact, parameters, uniform, sums } = found;
         let buffer = &view_context.buffer;
-        let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
-        let sums = frame.scratch("indirect/probes/sums", bytes)?;
-        let filtered = frame.scratch("indirect/probes/filtered", bytes)?;
+        let filtered = frame.scratch("indirect/probes/filtered", sums.size())?;
         let rays = self.settings.probe_rays;
         let mut counters = Vec::new();
         if of_frame.starts_image() {
-            self.light.spots.forget(frame);
+            self.spots.forget(frame);
             let few = (rays.div_ceil(EXPLORING), rays);
-            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, few)?);
+            counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, few)?);
         }
-        self.light.spots.record(frame, view_context, of_frame)?;
+        self.spots.record(frame, view_context, of_frame)?;
         if of_frame.starts_image()
             && let Some(cache) = &mut self.light.cache
         {
             cache.forget(frame, view_context, of_frame)?;
         }
-        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, &sums, (rays, 0))?);
+        counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, (rays, 0))?);
         let surfaces = buffer
             .bindings()
             .with(&surface.bindings())
             .with(&probes.bindings())
             .part("probes", uniform)
             .texture("contact_texture", contact);
-        let filtering = surfaces.buffer("probe_sums", &sums).buffer("filtered_probes", &filtered);
+        let filtering = surfaces.buffer("probe_sums", sums).buffer("filtered_probes", &filtered);
         frame.dispatch(&self.filter, &filtering, groups(&self.filter, probes.grid));
         self.guide.keep(frame, view_context, surface, parameters.tiles, &filtered)?;
         Ok((filtered, counters))
@@ -250,7 +248,7 @@ impl ProbeLight {
             emitter_rays,
             explores: 0,
             sums: &irradiance.irradiance,
-            bindings: irradiance.bindings().buffer("bright_spots", &self.light.spots.listed),
+            bindings: irradiance.bindings(),
         };
         let cache = self.light.cache.as_mut();
         let cached = cache.map(|cache| CachedFrame { cache, of_frame, may_start_over: false });
@@ -284,7 +282,10 @@ impl IndirectPasses for ProbeLight {
         let contact = frame_layers(frame, "indirect/probes/contact", surface.size, wgpu::TextureFormat::R32Float, 1);
         let finding = surfaces.clone().part("probes", &uniform).texture("contact_target", &contact);
         frame.dispatch(&self.contact, &finding, groups(&self.contact, surface.size));
-        let found = Found { probes: &probes, contact: &contact, parameters: &parameters, uniform: &uniform };
+        let bytes = SUMS_BYTES * u64::from(probes.grid.x) * u64::from(probes.grid.y);
+        let sums = frame.scratch("indirect/probes/sums", bytes)?;
+        let found =
+            Found { probes: &probes, contact: &contact, parameters: &parameters, uniform: &uniform, sums: &sums };
         let (filtered, mut counters) = self.record_probes(frame, view_context, surface, &mut of_frame, &found)?;
         let of_pixels = self.record_pixels(frame, view_context, surface, &mut of_frame, &mut counters)?;
         let layers = layers_target(frame, surface.size);

@@ -37,7 +37,7 @@ fn evaluate_at(
     memory.bind(&["view"], &[View::default()]);
     let head = [Vec4::new(f32::from_bits(spots.len() as u32), 1.0, 0.0, 0.0)];
     let listed: Vec<Vec4> = head.into_iter().chain(spots.iter().flatten().copied()).collect();
-    memory.bind(&["bright_spots"], &[listed, vec![Vec4::ZERO; 16]].concat()[..17]);
+    memory.bind(&["bright_spots"], &[listed, vec![Vec4::ZERO; 64]].concat()[..65]);
     memory.run_on(gpu, &shader, entry, [count.div_ceil(64) as u32, 1, 1]);
     memory.get("answers")
 }
@@ -269,7 +269,7 @@ fn off_of_aimed_rays(on: On) -> f64 {
 fn gpu_rays_aimed_at_bright_spots_are_weighted(gpu: &Gpu) {
     let most = off_of_aimed_rays((gpu, &library()));
     assert!(most < 0.02, "{most}");
-    let module = "indirect/sampled/spot_list";
+    let module = "indirect/sampled/probes/spot_list";
     for (text, by) in
         [("(1.0 - aim.part) * others", "others"), ("2.0 * PI * (1.0 - cone.cosine)", "6.0 * (1.0 - cone.cosine)")]
     {

@@ -1,4 +1,4 @@
-//! Bright spots among the entries of the radiance cache, at which diffuse rays are aimed.
+//! Bright spots among the entries of the radiance cache, at which rays of probes are aimed.
 
 use lanternfish_gpu::{ComputeKernel, Frame, uniform_buffer_of};
 
@@ -6,14 +6,14 @@ use super::DECLARED;
 use crate::{common::workgroups, context::ViewContext, error::RenderError, indirect::radiance_cache::CacheOfFrame};
 
 /// Size of `BrightSpots` of `spot_list.wesl`, and of a `Spot`, bytes.
-const LIST_BYTES: u64 = 16 + 8 * SPOT_BYTES;
+const LIST_BYTES: u64 = 16 + 32 * SPOT_BYTES;
 const SPOT_BYTES: u64 = 32;
 /// Groups of entries: `spots.wesl`.
 const GROUPS: u64 = 256;
 
 /// The passes, and the list.
 #[derive(Debug)]
-pub(in crate::indirect) struct Spots {
+pub(super) struct Spots {
     rank: ComputeKernel,
     find: ComputeKernel,
     list: ComputeKernel,
@@ -24,10 +24,10 @@ pub(in crate::indirect) struct Spots {
 impl Spots {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |entry: &str| {
-            let shader = DECLARED.link("indirect/sampled/spots", &[])?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/spots/{entry}")))
+            let shader = DECLARED.link("indirect/sampled/probes/spots", &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/probes/spots/{entry}")))
         };
-        let listed = uniform_buffer_of(device, "indirect/spots", &[0u8; LIST_BYTES as usize]);
+        let listed = uniform_buffer_of(device, "indirect/probes/spots", &[0u8; LIST_BYTES as usize]);
         Ok(Self { rank: kernel("rank")?, find: kernel("find")?, list: kernel("list")?, listed })
     }
 
@@ -43,9 +43,9 @@ impl Spots {
         view: &ViewContext<'_>,
         cache: &CacheOfFrame,
     ) -> Result<(), RenderError> {
-        let brightest = frame.zeroed("indirect/spots/brightest", 4 * GROUPS)?;
-        let spots = frame.zeroed("indirect/spots/entries", SPOT_BYTES * GROUPS)?;
-        let listed = frame.zeroed("indirect/spots/listed", LIST_BYTES)?;
+        let brightest = frame.zeroed("indirect/probes/spots/brightest", 4 * GROUPS)?;
+        let spots = frame.zeroed("indirect/probes/spots/entries", SPOT_BYTES * GROUPS)?;
+        let listed = frame.zeroed("indirect/probes/spots/listed", LIST_BYTES)?;
         for buffer in [&brightest, &spots, &listed] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
