@@ -58,10 +58,7 @@ pub(crate) fn frame_layers(
     format: wgpu::TextureFormat,
     layers: u32,
 ) -> wgpu::TextureView {
-    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
-    let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
-    let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
-    frame.texture(&wgpu::TextureDescriptor { size, usage, ..flat })
+    frame.texture(&layered(label, size, format, layers))
 }
 
 /// Creates a layered texture that compute passes of one frame write and those of the next one read.
@@ -72,10 +69,15 @@ pub(crate) fn kept_layers(
     format: wgpu::TextureFormat,
     layers: u32,
 ) -> wgpu::TextureView {
+    texture_of(device, &layered(label, size, format, layers))
+}
+
+/// A layered texture that compute passes write and read.
+fn layered(label: &str, size: UVec2, format: wgpu::TextureFormat, layers: u32) -> wgpu::TextureDescriptor<'_> {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
     let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
     let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
-    texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
+    wgpu::TextureDescriptor { size, usage, ..flat }
 }
 
 /// The size of a view of a texture's first level, pixels.

@@ -249,6 +249,22 @@ fn gpu_lamps_beside_walls_show_no_tiles(gpu: &Gpu) {
     assert!(squares(&tiled, &all) > 2.0, "{}", squares(&tiled, &all));
 }
 
+/// Lamps that a box hides outweigh the panel that lights its front: noise is filtered, and no pixel stands apart.
+#[gpu_test]
+fn gpu_light_of_a_panel_among_hidden_lamps_has_no_dots(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let bounds = Bounds { min: Vec3::new(-0.98, 0.05, -0.98), max: Vec3::new(-0.85, 1.9, 0.9) };
+    scene.lights = generate::random_lights(&bounds, 40, 1.0, 7);
+    let [filtered, noisy] = [Denoise::On, Denoise::Off].map(|denoise| {
+        let settings = Settings::direct_light().with_direct(SampledLights { denoise, ..SampledLights::default() });
+        let image = linear(&render(gpu, &scene, &scene.cameras[0], (96, 96), settings)).pixels;
+        let around = |at: &usize| [at - 1, at + 1, at - 96, at + 96];
+        let inside = (44..76).flat_map(|y| (33..47).map(move |x| 96 * y + x));
+        inside.filter(|at| around(at).iter().all(|next| image[*at][1] < 0.6 * image[*next][1])).count()
+    });
+    assert!(filtered == 0 && noisy > 0, "{filtered} dots, {noisy} without a filter");
+}
+
 /// The scene behind transparent glass.
 fn behind_a_pane(mut scene: Scene) -> Scene {
     scene.materials.push(Material {

@@ -80,9 +80,8 @@ impl Filters {
         let pixels = u64::from(size.x) * u64::from(size.y);
         let (memory, ratios) = last.map_or((None, None), |last| (Some(last.memory), last.ratios));
         let label = "history/visibility";
-        let memory = PingPong::next(memory, frame, size, (label, 8 * pixels), |device: &wgpu::Device| {
-            kept_layers(device, label, size, MEMORY_FORMAT, 1)
-        })?;
+        let new = |device: &wgpu::Device| kept_layers(device, label, size, MEMORY_FORMAT, 1);
+        let memory = PingPong::next(memory, frame, size, (label, 8 * pixels), new)?;
         let label = "history/ratios";
         let bytes = 8 * u64::from(RATIOS) * pixels;
         let new = |device: &wgpu::Device| kept_layers(device, label, size, RATIO_FORMAT, RATIOS);
