@@ -162,12 +162,15 @@ fn gpu_requests_beyond_deep_images_are_refused(gpu: &Gpu) {
         ..DeepImageSettings::default()
     });
     let through = |images| structure(images).with_shadows(Shadows::Traced(ACROSS_TEXELS));
+    let sampled =
+        |images| structure(images).with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() });
     let without = DeepImageSettings { payload: false, ..usual };
     for (settings, what) in [
         (through(linked), "linear_array"),
         (through(usual).with_debug_view(Some(DebugView::RayCount)), "`shadows bvh`"),
         (through(DeepImageSettings { slopes: true, builder: DeepBuilder::SinglePass, ..usual }), "per_triangle"),
-        (structure(without).with_indirect(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() }), "triangles"),
+        (sampled(DeepImageSettings { slopes: true, ..linked }), "`deep-store linear_array`"),
+        (sampled(without), "triangles"),
     ] {
         match Renderer::with_engine(&testing::engine(gpu), settings) {
             Err(RenderError::Together { needed, .. }) => assert!(needed.contains(what), "{needed}, not {what}"),
