@@ -63,15 +63,9 @@ impl Builder {
     }
 
     fn of(device: &wgpu::Device, builder: DeepBuilder, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        if settings.slopes {
-            let is_array = settings.store == DeepStore::LinearArray;
-            let lacked = [
-                (builder == DeepBuilder::PerTriangle, "`deep-builder per_triangle`"),
-                (is_array, "`deep-store linear_array`"),
-            ];
-            if let Some((_, needed)) = lacked.into_iter().find(|(is_there, _)| !is_there) {
-                return Err(RenderError::Together { setting: "`deep-slopes on`", needed });
-            }
+        if settings.slopes && (builder != DeepBuilder::PerTriangle || settings.store != DeepStore::LinearArray) {
+            let needed = "`deep-builder per_triangle` and `deep-store linear_array`";
+            return Err(RenderError::Together { setting: "`deep-slopes on`", needed });
         }
         Ok(match builder {
             DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
