@@ -417,7 +417,7 @@ fn page(entries: &[Entry], title: &str, command: &str) -> Document {
 /// Images in a row of the sheet, pixels between them, and lines of text below each. A letter is twice its glyph.
 const COLUMNS: usize = 4;
 const GAP: usize = 8;
-const LINES: usize = 9;
+const LINES: usize = 12;
 const LETTERS: usize = 2;
 
 fn draw(entries: &[Entry], [width, height]: [usize; 2], title: &str) -> Sheet {

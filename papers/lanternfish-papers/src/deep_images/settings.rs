@@ -99,7 +99,8 @@ parameters! {
         /// Tolerance of rays across texels in depth [Niessner2010, §3.2]. More: fewer rays slip through steep surfaces,
         /// more hit what they pass.
         tolerance: f32 = 0.5, "deep-tolerance" "TEXELS" Range::Number(0.0, 4.0), with_default;
-        /// Slopes of surfaces in the low bits of their depths, for rays across texels. Needs the builder per_triangle.
+        /// Slopes of surfaces in the low bits of their depths, for rays across texels. Needs per_triangle and
+        /// linear_array.
         slopes: bool = false, "deep-slopes" "on|off" Range::Switch(
             "Rays hit the planes of fragments: finer near their ends, slower",
             "Rays hit fragments at their depths, as in Nießner 2010",

@@ -135,12 +135,12 @@ impl DeepImageSettings {
     /// Every variant of images that shaders read differently, with triangles or without.
     pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
         let of_kind = |images: Self| {
-            let searches = match images.store {
-                DeepStore::LinearArray => DeepSearch::ALL,
-                DeepStore::LinkedList | DeepStore::SortedLinkedList => &[DeepSearch::Bisection],
+            let (searches, slopes): (&[_], &[_]) = match images.store {
+                DeepStore::LinearArray => (DeepSearch::ALL, &[false, true]),
+                DeepStore::LinkedList | DeepStore::SortedLinkedList => (&[DeepSearch::Bisection], &[false]),
             };
             let of = move |slopes| searches.iter().map(move |search| Self { search: *search, slopes, ..images });
-            [false, true].into_iter().flat_map(of)
+            slopes.iter().flat_map(move |slopes| of(*slopes))
         };
         DeepStore::ALL.iter().flat_map(|store| of_kind(Self { store: *store, payload, ..Self::default() })).collect()
     }

@@ -63,8 +63,9 @@ impl Builder {
     }
 
     fn of(device: &wgpu::Device, builder: DeepBuilder, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        if settings.slopes && builder != DeepBuilder::PerTriangle {
-            return Err(RenderError::Together { setting: "`deep-slopes on`", needed: "`deep-builder per_triangle`" });
+        if settings.slopes && (builder != DeepBuilder::PerTriangle || settings.store != DeepStore::LinearArray) {
+            let needed = "`deep-builder per_triangle` and `deep-store linear_array`";
+            return Err(RenderError::Together { setting: "`deep-slopes on`", needed });
         }
         Ok(match builder {
             DeepBuilder::SinglePass | DeepBuilder::SinglePassLiteral => {
