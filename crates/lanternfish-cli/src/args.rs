@@ -40,7 +40,6 @@ use crate::{
     outputs::{Quantities, Quantity},
     paper::{self, Paper},
     parse::{self, Frames, PoseConvention, Size},
-    progress::ToldTo,
     scene::{self, SceneName},
     stereo::StereoLayout,
 };
@@ -346,9 +345,6 @@ flags! {
         /// Prints only errors and the image's path.
         #[arg(short, long)]
         quiet: bool as Switch,
-        /// Reports the progress of a sequence to a render farm, on standard output, frame by frame.
-        #[arg(long, value_name = "NAME", hide_short_help = true)]
-        progress: Option<ToldTo> as ToldTo,
     }
 }
 

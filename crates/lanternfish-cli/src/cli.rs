@@ -16,7 +16,6 @@ use crate::{
     compare::{self, CompareArgs},
     doctor::{self, DoctorArgs},
     error::{self, CliError},
-    farm::{self, FarmArgs},
     frames::{self, FramesArgs},
     help::{self, HelpArgs},
     info::{self, InfoArgs},
@@ -76,11 +75,6 @@ pub enum Command {
     /// with 1.
     #[command(after_help = frames::HELP, args_override_self = true)]
     Frames(Box<FramesArgs>),
-    /// Writes an Open Job Description job that renders a sequence on many machines.
-    ///
-    /// The job renders chunks of frames in parallel and in any order, and verifies them with `lanternfish frames`.
-    #[command(after_help = farm::HELP)]
-    Farm(FarmArgs),
     /// Path-traces the ground truth of an image on the CPU.
     ///
     /// Takes the flags of `render`. Ignores a shot's culling, shadows and other real-time techniques, and its output.
@@ -169,7 +163,6 @@ pub(crate) fn run(cli: Cli, matches: &ArgMatches, started: Instant) -> Result<u8
         }
         Command::Shot(args) => shot::write(&args.scene, matches).map(|()| 0),
         Command::Frames(args) => frames::run(&args, matches),
-        Command::Farm(args) => farm::run(&args).map(|()| 0),
         Command::Reference(args) => reference::run(&args, matches, started),
         Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
         Command::Doctor(args) => doctor::run(&args),

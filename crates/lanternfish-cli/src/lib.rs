@@ -67,7 +67,6 @@ mod cli;
 mod compare;
 mod doctor;
 mod ending;
-mod farm;
 mod frames;
 mod info;
 mod legend;

@@ -89,7 +89,6 @@ const AFTER_COMMAND: &str = "flags go after the command: lanternfish render SCEN
 /// What shows image files.
 pub(crate) const IMAGE_TOOLS: &str =
     "`lanternfish compare A B --map difference.png` compares two images; the system's viewer shows one";
-const IN_A_SHOT: &str = "a shot holds it: `lanternfish shot SCENE FLAGS -o shot.toml`, then name shot.toml";
 const BACKGROUND: &str = "--background COLOR|transparent|environment is what is behind the scene";
 const EYE: &str = "--eye X,Y,Z is the camera's position, and --target X,Y,Z the point that it looks at";
 const TURNTABLE: &str = "--orbit N renders N frames around the scene";
@@ -131,7 +130,6 @@ pub(crate) fn explain(error: &mut Error) {
             // Before the command there are no flags but --help and --version.
             let known = match argument.starts_with("--") {
                 true if usage.contains("COMMAND") => Some(AFTER_COMMAND),
-                true if usage.contains(" farm ") => known.or(Some(IN_A_SHOT)),
                 false if usage.contains(" view ") && !argument.starts_with('-') => {
                     let is_image = SceneName::from(&argument).image().is_some();
                     known.or(Some(if is_image { IMAGE_TOOLS } else { "the window shows one scene" }))

@@ -7,26 +7,10 @@ use std::{
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use lanternfish_scene::{named_enum, printable};
+use lanternfish_scene::printable;
 use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
 use crate::error::say;
-
-named_enum! {
-    /// The reader of a run's progress.
-    ToldTo {
-        Openjd = "openjd": "Open Job Description: lines openjd_progress: PERCENT and openjd_status: TEXT",
-    }
-}
-
-impl ToldTo {
-    /// The lines for `done` of `all` frames, with `status` as text.
-    pub fn lines(self, done: usize, all: usize, status: &str) -> String {
-        let Self::Openjd = self;
-        let percent = 100.0 * done as f64 / all.max(1) as f64;
-        format!("openjd_progress: {percent:.1}\nopenjd_status: {status}\n")
-    }
-}
 
 /// Duration of a step from which on it is mentioned without a terminal.
 const LONG: Duration = Duration::from_secs(10);

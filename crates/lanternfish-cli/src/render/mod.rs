@@ -72,7 +72,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
     let output = &planned[0].output.clone();
     let classes = args.output.classes.as_deref().map(Classes::read).transpose()?.unwrap_or_default();
     let (settings, size) = (args.settings(), args.output.size);
-    let told = Told { is_sequence: args.track.is_sequence(), args, all: planned.len() };
+    let (is_sequence, count) = (args.track.is_sequence(), planned.len());
     let mut progress = Progress::start(args.run.quiet);
     let there = planned.iter().filter(|planned| planned.is_there).count();
     if there > 0 {
@@ -83,7 +83,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
             progress.note("nothing is rendered, so there is no report");
         }
         progress.finish();
-        let lines = planned.iter().enumerate().map(|(index, planned)| told.done(index, &planned.output));
+        let lines = planned.iter().enumerate().map(|(index, planned)| told(index, count, &planned.output));
         output::print(&lines.collect::<String>())?;
         return open(args, &planned);
     }
@@ -153,9 +153,9 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
             }
             renderings.make(frame, next.as_ref(), output, &mut progress)?;
         }
-        last = told.done(index, output);
+        last = told(index, count, output);
         // The last line of output must be an image's path.
-        if told.is_sequence && index + 1 < told.all {
+        if is_sequence && index + 1 < count {
             output::print(&last)?;
         }
     }
@@ -171,7 +171,7 @@ fn run(shot: &Shot, started: Instant, device: &mut Option<Device>) -> Result<(),
         output: &output.path,
         adapter: &device.as_ref().expect("the renderer is on it").gpu.description,
         size,
-        frames: told.is_sequence.then(|| u32::try_from(told.all - there).expect("frames have numbers")),
+        frames: is_sequence.then(|| u32::try_from(count - there).expect("frames have numbers")),
         exposure: renderings.exposure,
         settings: &settings,
         seed: args.run.seed,
@@ -222,10 +222,9 @@ fn new_renderer(
     Ok(progress.step("compile", "Compiling shaders", || Renderer::with_engine(engine, settings.clone()))?)
 }
 
-/// Opens the last image in the system's viewer, if requested and if no render farm reads the progress.
+/// Opens the last image in the system's viewer, if requested.
 fn open<F>(args: &RenderArgs, planned: &[Planned<F>]) -> Result<(), CliError> {
-    let is_asked_for = args.output.open && args.run.progress.is_none();
-    let Some(last) = planned.last().filter(|_| is_asked_for) else { return Ok(()) };
+    let Some(last) = planned.last().filter(|_| args.output.open) else { return Ok(()) };
     let path = &last.output.path;
     let opener: &[&str] = if cfg!(windows) {
         &["cmd", "/c", "start", ""]
@@ -316,24 +315,11 @@ fn plan(shot: &Shot) -> Result<Vec<Planned<ShotFrame>>, CliError> {
     Ok(planned.map(of).collect())
 }
 
-/// The lines on standard output for finished images.
-struct Told<'a> {
-    args: &'a RenderArgs,
-    is_sequence: bool,
-    /// Number of images.
-    all: usize,
-}
-
-impl Told<'_> {
-    /// The lines when the image of this index and all before it are finished.
-    fn done(&self, index: usize, output: &Output) -> String {
-        let status = || format!("{} of {} frames", index + 1, self.all);
-        let progress = self.args.run.progress.filter(|_| self.is_sequence);
-        let progress = progress.map(|farm| farm.lines(index + 1, self.all, &status())).unwrap_or_default();
-        match output.is_stdout() || (output.is_animation() && index + 1 < self.all) {
-            true => progress,
-            false => format!("{progress}{}\n", output.path.display()),
-        }
+/// The line on standard output when the image of this index of `count` and all before it are finished.
+fn told(index: usize, count: usize, output: &Output) -> String {
+    match output.is_stdout() || (output.is_animation() && index + 1 < count) {
+        true => String::new(),
+        false => format!("{}\n", output.path.display()),
     }
 }
 

@@ -295,7 +295,7 @@ fn shots_survive_a_round_trip() {
     let shots = [
         ("scene = \"demo:atrium\"", ""),
         (TRACK, "--frames 7"),
-        (TRACK, "--frames 5-9 --fps 12.5 --animation walk --skip-existing --progress openjd"),
+        (TRACK, "--frames 5-9 --fps 12.5 --animation walk --skip-existing"),
         ("scene = \"demo:atrium\"", "--orbit 12 --frames 3-5 --time 0.5"),
         (
             TRACK,

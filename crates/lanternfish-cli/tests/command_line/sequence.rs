@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     fs,
     io::{BufRead as _, BufReader},
-    process::{Command, Stdio},
+    process::Stdio,
 };
 
 use lanternfish_metrics::{ColorType, read_exr_attributes, read_png_texts, write_png};
@@ -182,10 +182,7 @@ fn gpu_complete_frames_are_skipped() {
     assert!(renderings(&folder) == complete && modified() == marked);
     // Nothing is left to do, so not even the scene is read.
     folder.write("walk.toml", WALK.replace("demo:cornell", "gone.glb"));
-    let farm = render("--progress openjd").stdout;
-    let lines: Vec<_> = farm.lines().collect();
-    let last = ["openjd_progress: 100.0", "openjd_status: 4 of 4 frames", "out/walk.0004.png"];
-    assert_eq!((lines.len(), &lines[9..]), (12, &last[..]));
+    assert_eq!(render("").stdout, first.stdout);
 }
 
 /// A pyramid with four equal sides, without light of its own.
@@ -261,7 +258,7 @@ fn gpu_a_killed_chunk_is_completed() {
 
 /// What is missing and broken is printed; `src/frames.rs` has what counts as such.
 #[test]
-fn missing_frames_and_a_job_are_printed() {
+fn missing_frames_are_printed() {
     let folder = walk();
     write_png(&folder.path("out/walk.0002.png"), [32, 18], ColorType::Rgb, &[7; 32 * 18 * 3]).unwrap();
     folder.write("out/walk.0003.png", "no image");
@@ -271,30 +268,4 @@ fn missing_frames_and_a_job_are_printed() {
         "{ran:?}"
     );
     assert_eq!(ran.stdout.lines().last(), Some("1 of 3 frames are complete; still to do: 1, 3"));
-    let job = folder.done("farm walk.toml --frames 1-24 --chunk 5").stdout;
-    assert!(job.contains("\n  - TASK_CHUNKING\n") && job.contains("\n    default: \"walk.toml\"\n"), "{job}");
-}
-
-#[test]
-#[ignore = "full"]
-fn gpu_a_job_runs() {
-    let test = "gpu_a_job_runs";
-    let is_there = Command::new("openjd").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
-    if !is_there {
-        println!("LEFT OUT (tool): {test}: openjd is not on PATH (pip install openjd-cli)");
-        return;
-    }
-    let (complete, parts) = (walk(), walk());
-    complete.done("render walk.toml --frames 1-12");
-    parts.done("farm walk.toml --frames 1-12 --chunk 5 -o job.yaml");
-    let openjd = |words: &str| {
-        let output = Command::new("openjd").args(words.split(' ')).current_dir(parts.path("")).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-        said
-    };
-    openjd("check job.yaml");
-    let said = openjd(&format!("run job.yaml -p Lanternfish={}", env!("CARGO_BIN_EXE_lanternfish")));
-    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are complete"), "{said}");
-    assert!(renderings(&parts) == renderings(&complete));
 }
