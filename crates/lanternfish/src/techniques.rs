@@ -3,7 +3,7 @@
 pub use crate::{
     denoise::{IndirectClamp, IndirectResolution},
     direct_light::auto::AutoLights,
-    direct_light::sampled::{Denoise, LightChoice, LightSamples, SampledLights},
+    direct_light::sampled::{Denoise, LightSamples, SampledLights},
     indirect::{
         radiance_cache::Bounces,
         sampled::{HitLight, Sampled, probes::Probes},

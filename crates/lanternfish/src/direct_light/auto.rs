@@ -36,8 +36,7 @@ impl Technique for AutoLights {
     const SUMMARY: &'static str = "sampled where many lights reach a point, otherwise all";
     const PARAMETERS: &'static [Parameter<Self>] = &[
         Parameter { info: SampledLights::ROWS[0].info, of: |auto| &mut auto.0.light_samples },
-        Parameter { info: SampledLights::ROWS[1].info, of: |auto| &mut auto.0.choice },
-        Parameter { info: SampledLights::ROWS[2].info, of: |auto| &mut auto.0.denoise },
+        Parameter { info: SampledLights::ROWS[1].info, of: |auto| &mut auto.0.denoise },
     ];
     const SHADERS: Shaders = Shaders::new(&[], &[]);
 }

@@ -56,19 +56,15 @@ gpu_struct! {
         candidates: u32,
         /// Index of the frame in the sequences of a pixel's random numbers.
         frame: u32,
-        /// 1: lights are chosen uniformly.
-        is_uniform: u32,
         /// 1: there is a memory of the previous frame.
         remembers: u32,
         /// 1: the view has not moved since then.
         rests: u32,
-        /// Size of the previous frame, pixels.
-        size_before: UVec2,
         /// Roughness below which surfaces have glossy rays, in the division of emission between direct light, which
         /// samples it, and rays of indirect light; below 0: it is not divided.
         emission_roughness: f32,
-        /// Unused.
-        _pad: u32,
+        /// Size of the previous frame, pixels.
+        size_before: UVec2,
     }
 }
 
@@ -113,26 +109,12 @@ named_enum! {
     }
 }
 
-named_enum! {
-    /// Choice of the lights that get a ray.
-    #[derive(Default)]
-    LightChoice {
-        /// By their importance in a tree, then by their unshadowed light.
-        #[default]
-        Tree = "tree": "By importance in a tree over the lights, then by unshadowed light",
-        /// Every light is as likely as another: the baseline.
-        Uniform = "uniform": "Every light is as likely as another: the baseline",
-    }
-}
-
 parameters! {
     /// Direct light from a fixed number of shadow rays a pixel.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct SampledLights {
         /// Shadow rays a pixel, for any number of lights. More: less noise, slower.
         light_samples: LightSamples = LightSamples::Four, "light-samples" "N" Range::Numbers;
-        /// Choice of the lights that get a ray.
-        choice: LightChoice = LightChoice::Tree, "light-choice" "NAME" Range::Names;
         /// Filter of noisy direct light.
         denoise: Denoise = Denoise::On, "denoise" "ON|OFF" Range::Names;
     }
@@ -252,12 +234,10 @@ impl SampledPasses {
             light_samples,
             candidates: (CANDIDATES_A_RAY * light_samples).clamp(least, most),
             frame: view.view.random_index,
-            is_uniform: u32::from(self.technique.choice == LightChoice::Uniform),
             remembers: 0,
             rests: 0,
-            size_before: UVec2::ONE,
             emission_roughness: self.emission_roughness,
-            _pad: 0,
+            size_before: UVec2::ONE,
         }
     }
 }

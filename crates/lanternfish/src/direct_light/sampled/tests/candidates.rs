@@ -26,9 +26,6 @@ const PIXELS: usize = 64;
 const PROBE: &str = "testing/light_samples";
 /// The entry point for surfaces that are of no tile.
 const OWN: &str = "own_candidates";
-/// Choices of lights, as in `DirectSampling::is_uniform`.
-const TREE: u32 = 0;
-const UNIFORM: u32 = 1;
 
 /// A surface that receives light.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +133,6 @@ struct Drawn {
     has_lamps: bool,
     has_tiles: bool,
     rays: u32,
-    choice: u32,
 }
 
 impl Drawn {
@@ -145,12 +141,12 @@ impl Drawn {
         let settings = Settings::direct_light().with_direct(direct).with_shadows(Shadows::None);
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let has_lamps = scene.materials.len() > 1;
-        Self { scene: renderer.upload(scene).unwrap(), has_lamps, has_tiles: true, rays, choice: TREE }
+        Self { scene: renderer.upload(scene).unwrap(), has_lamps, has_tiles: true, rays }
     }
 
     fn samples(&self, frame: u32) -> DirectSampling {
         let (rays, candidates) = (self.rays, (4 * self.rays).clamp(8, 32));
-        DirectSampling { light_samples: rays, candidates, frame, is_uniform: self.choice, ..DirectSampling::default() }
+        DirectSampling { light_samples: rays, candidates, frame, ..DirectSampling::default() }
     }
 
     fn emitters(&self) -> usize {
@@ -284,19 +280,18 @@ fn check_draws(gpu: &Gpu, cases: &[Case]) {
     let mut kernels = Kernels::new(gpu, library());
     for &(count, sun_count, has_lamps, rays, tiles) in cases {
         let mut drawn = Drawn::new(gpu, &scene(lights(count, sun_count), has_lamps), rays);
-        for (has_tiles, choice) in [(true, TREE), (false, TREE), (true, UNIFORM)] {
-            // Other combinations would compile further shaders.
-            if (choice == UNIFORM && count != 17) || (!has_tiles && has_lamps) {
+        for has_tiles in [true, false] {
+            // The combination would compile further shaders.
+            if !has_tiles && has_lamps {
                 continue;
             }
-            (drawn.has_tiles, drawn.choice) = (has_tiles, choice);
-            let name =
-                format!("{count} lights, {sun_count} suns, lamps {has_lamps}, tiles {has_tiles}, choice {choice}");
+            drawn.has_tiles = has_tiles;
+            let name = format!("{count} lights, {sun_count} suns, lamps {has_lamps}, tiles {has_tiles}");
             let worths = drawn.worths(&mut kernels);
             // A pixel over many frames, and many pixels.
             for (tiles, frames) in [(1, 4 * tiles), (tiles, 16)] {
                 let (found, trials) = (drawn.found(&mut kernels, tiles, frames), f64::from(tiles * frames));
-                let is_whole = has_tiles && choice == TREE && count <= 32;
+                let is_whole = has_tiles && count <= 32;
                 let fault = |found: &[(u32, f32)]| fault(&worths, found, drawn.emitters(), trials, is_whole);
                 fault(&found).unwrap_or_else(|what| panic!("{name}: {what}"));
                 // The check can fail: chances that are stated a tenth too high, and draws that are a tenth too many.
