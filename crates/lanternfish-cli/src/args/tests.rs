@@ -71,7 +71,7 @@ fn flags_of_settings_have_their_types() {
     let words = "--direct sampled --light-samples 2 --denoise off --shadows bvh --culling tiled --tile-size 32 --aabb off \
                  --attenuation-coefficients 1,0.5,2 --exposure -2 --background #ff8000 --occlusion deep \
                  --occlusion-distance 2.5 --deep-directions cube:2 --indirect none --debug-view light-count";
-    let direct = SampledLights { light_samples: LightSamples::Two, denoise: Denoise::Off, ..SampledLights::default() };
+    let direct = SampledLights { light_samples: LightSamples::Two, denoise: Denoise::Off };
     let images = DeepImageSettings { directions: DirectionSet::Cube { k: 2 }, ..DeepImageSettings::default() };
     let expected = Settings::direct_light()
         .with_direct(direct)

@@ -329,7 +329,7 @@ fn gpu_sampled_light_is_reproducible_and_keeps_its_budget(gpu: &Gpu) {
     assert!(bits(&shown[0][0]) != bits(&shown[0][1]), "frames have different noise");
     let mut before = 0;
     for rays in LightSamples::ALL {
-        let direct = SampledLights { light_samples: *rays, denoise: Denoise::Off, ..SampledLights::default() };
+        let direct = SampledLights { light_samples: *rays, denoise: Denoise::Off };
         let most = u64::from(rays.count()) * u64::from(EDGE * EDGE);
         for image in of(&testing::engine(gpu), sampled().with_direct(direct)) {
             let traced = counter(&image, "shadows/rays");
@@ -377,8 +377,7 @@ fn demodulated(gpu: &Gpu, scene: &Scene, settings: Settings, count: usize) -> Ve
 #[gpu_test]
 fn gpu_demodulated_targets_have_sampled_light(gpu: &Gpu) {
     let scene = cornell(30, point);
-    let direct =
-        SampledLights { light_samples: LightSamples::Eight, denoise: Denoise::Off, ..SampledLights::default() };
+    let direct = SampledLights { light_samples: LightSamples::Eight, denoise: Denoise::Off };
     let all = demodulated(gpu, &scene, sampled().with_direct(Direct::NONE).with_history(History::Off), 1);
     let images = demodulated(gpu, &scene, sampled().with_direct(direct), 2);
     let ratio = energy(&images[0], &all[0]);

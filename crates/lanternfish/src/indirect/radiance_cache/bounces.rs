@@ -37,6 +37,12 @@ impl Bounces {
         }
     }
 
+    /// Number of lights per entry whose parts of its direct light are known. In motion an entry is the mean of about
+    /// six samples, of which the light of most is among these.
+    pub(super) fn known_lights(self) -> u32 {
+        if self == Self::All { 4 } else { 0 }
+    }
+
     /// First level that propagation reads.
     pub(super) fn first_level(self) -> u32 {
         u32::from(matches!(self, Self::UpTo(2..)))
@@ -47,7 +53,13 @@ impl Bounces {
     pub(super) fn steps(self, sweeps: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
-                .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_ENTRIES })
+                .map(|k| CacheSweep {
+                    read_level: k,
+                    written_level: (k + 1) % bounces,
+                    step: k - 1,
+                    turn: ALL_ENTRIES,
+                    ..CacheSweep::default()
+                })
                 .collect(),
             Self::All => (0..2 * sweeps).map(|sweep| there_and_back(sweep, sweep % 2)).collect(),
         }
@@ -86,7 +98,7 @@ gpu_constants! {
 /// A sweep with all bounces, from one total to the other.
 fn there_and_back(sweep: u32, turn: u32) -> CacheSweep {
     let read_level = 2 * (sweep % 2);
-    CacheSweep { read_level, written_level: 2 - read_level, step: 0, turn }
+    CacheSweep { read_level, written_level: 2 - read_level, turn, ..CacheSweep::default() }
 }
 
 impl fmt::Display for Bounces {

@@ -16,6 +16,7 @@
 //! `reference/` is the CPU reference of the shaders; `tests/` compares both.
 
 pub mod bounces;
+mod follow;
 mod growth;
 mod parameters;
 mod planes;
@@ -67,6 +68,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::computed("indirect/radiance_cache/rays", rays::exact_in_scenes),
         Root::of("indirect/radiance_cache/intersect", &[&[&[], &[rays::IN_LEVELS]]]),
         Root::new("indirect/radiance_cache/accumulate"),
+        Root::of("indirect/radiance_cache/follow", &[&[&[], &[rays::IN_LEVELS]]]),
         Root::new("indirect/radiance_cache/propagate"),
         Root::new("indirect/radiance_cache/rehash"),
     ],
@@ -92,16 +94,23 @@ const FRACTION: u32 = 8;
 const _: () = assert!(FRACTION.is_power_of_two());
 /// Least number of samples of an entry of rank 0 in its first frame; most in a later frame.
 pub const FEWEST: u32 = 4;
+/// Least number of samples of an entry of rank 0 in its first frame, if the frame has a [`BUDGET`].
+const FEWEST_IN_BUDGET: u32 = 2;
 /// Longest history of an entry, samples: later samples all have the same weight.
 const MOST: f32 = 128.0;
-/// History length, samples, while the scene keeps changing: an entry is the mean of three or four samples.
-const REMEMBERED: f32 = 3.0;
+/// History length, samples, while the scene keeps changing. More: less noise, but light of lamps that come on, of moved
+/// surfaces and of the environment lags longer.
+const REMEMBERED: f32 = 5.0;
+/// The same if entries do not know which lights light them: with a limited number of bounces.
+const REMEMBERED_UNFOLLOWED: f32 = 3.0;
 /// History length in an unchanged scene: not limited.
 const ALL: f32 = f32::MAX;
 /// History length after a single change: the history is discarded.
 const NONE: f32 = 0.0;
+/// Samples of a frame while the scene changes, and in the reset window after that.
+const BUDGET: u32 = 32_000;
 /// Size of `ScheduledEntries` of `bindings.wesl` before its entries, bytes.
-const LIST_HEADER_BYTES: u64 = 32;
+const LIST_HEADER_BYTES: u64 = 64;
 /// Frames after which an entry that is not requested is evicted. Rays vote for an entry in every eighth frame, with at
 /// most one vote per pixel.
 const KEPT: u32 = 128;
@@ -131,6 +140,7 @@ pub(crate) struct RadianceCache {
 
 #[derive(Debug)]
 struct Kernels {
+    classify: ComputeKernel,
     choose: ComputeKernel,
     choose_again: ComputeKernel,
     light: ComputeKernel,
@@ -139,6 +149,7 @@ struct Kernels {
     intersect: ComputeKernel,
     store_hits: ComputeKernel,
     accumulate: ComputeKernel,
+    follow: ComputeKernel,
     propagate: ComputeKernel,
     propagate_scheduled: ComputeKernel,
     pack: ComputeKernel,
@@ -308,6 +319,7 @@ impl RadianceCache {
         };
         let of_ids = tracer.features_of_ids();
         let kernels = Kernels {
+            classify: kernel("schedule", &[], "classify")?,
             choose: kernel("schedule", &[], "choose")?,
             choose_again: kernel("schedule", &[], "choose_again")?,
             light: kernel("light", &[&[EVENLY_SENT], of_ids].concat(), "light")?,
@@ -316,6 +328,7 @@ impl RadianceCache {
             intersect: kernel("intersect", of_ids, "intersect")?,
             store_hits: kernel("intersect", of_ids, "store_hits")?,
             accumulate: kernel("accumulate", &[], "accumulate")?,
+            follow: kernel("follow", of_ids, "follow")?,
             propagate: kernel("propagate", &[], "propagate")?,
             propagate_scheduled: kernel("propagate", &[], "propagate_scheduled")?,
             pack: kernel("propagate", &[], "pack")?,
@@ -342,8 +355,9 @@ impl RadianceCache {
     pub fn begin(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, view, .. }: &ViewContext<'_>,
+        view_context: &ViewContext<'_>,
     ) -> Result<CacheOfFrame, RenderError> {
+        let ViewContext { scene, view, .. } = view_context;
         let (Rays::Shadow(shadow) | Rays::Both(shadow) | Rays::Each(shadow, _)) = &self.kernels.rays;
         shadow.prepare(frame.device, scene)?;
         let waits = frame.growth() == Growth::Blocking;
@@ -387,6 +401,7 @@ impl RadianceCache {
                 (false, Change::Long) if waits && view.frame_index > 0 => {
                     (FEWEST * view.frame_index + self.first_samples).clamp(FEWEST, MOST as u32)
                 }
+                (false, Change::Ongoing | Change::Recent) => FEWEST_IN_BUDGET,
                 _ => FEWEST,
             },
             most: MOST,
@@ -397,7 +412,7 @@ impl RadianceCache {
             bounce_levels: self.bounces.levels(),
             first_level: self.bounces.first_level(),
             earlier_steps: self.bounces.earlier_steps(),
-            ..Default::default()
+            known_lights: self.bounces.known_lights(),
         };
         let update = CacheUpdate {
             update: self.update,
@@ -410,14 +425,20 @@ impl RadianceCache {
             },
             remembered: match change {
                 Change::Alone => NONE,
-                Change::Ongoing => REMEMBERED,
+                Change::Ongoing if self.bounces == Bounces::All => REMEMBERED,
+                Change::Ongoing => REMEMBERED_UNFOLLOWED,
                 Change::Recent | Change::Long => ALL,
             },
             ages: u32::from(!is_new),
-            ..Default::default()
+            counts: 0,
+            budget: if matches!(change, Change::Ongoing | Change::Recent) && !is_new { BUDGET } else { 0 },
         };
         self.rehash.record(frame, table, &parameters)?;
         let uniforms = [frame.uniform(&parameters), frame.uniform(&update)];
+        let planes = self.planes.of(frame, scene)?;
+        let keeps_history = change == Change::Ongoing && self.bounces == Bounces::All;
+        let follow = keeps_history.then_some(&self.kernels.follow);
+        table.follow_lights(frame, view_context, follow, &uniforms[0], &planes)?;
         let is_accumulated = change == Change::Long && !is_new;
         let was_packed = std::mem::replace(&mut table.is_packed, is_accumulated);
         if is_accumulated && !was_packed {
@@ -440,7 +461,7 @@ impl RadianceCache {
             may_start_over: is_first && is_first_view,
             readers: Readers::of(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),
-            planes: self.planes.of(frame, scene)?,
+            planes,
             lists,
             sampled: frame.scratch("radiance_cache/sampled", bytes)?,
             counters,

@@ -33,8 +33,8 @@ gpu_struct! {
         first_level: u32,
         /// Number of means of earlier hits per entry: `earlier_at` of `accumulate.wesl`.
         earlier_steps: u32,
-        /// Unused.
-        _pad: u32,
+        /// Number of lights per entry whose parts of its direct light are known: `known_light_at` of `accumulate.wesl`.
+        known_lights: u32,
     }
 }
 
@@ -52,8 +52,8 @@ gpu_struct! {
         ages: u32,
         /// 1: entries are counted where they are scheduled.
         counts: u32,
-        /// Unused.
-        _pad: u32,
+        /// Samples of the update, nearly: strides are such that no more entries are scheduled. 0: not limited.
+        budget: u32,
     }
 }
 
@@ -68,6 +68,10 @@ gpu_struct! {
         step: u32,
         /// The entries that read; 0: those with even keys, 1: with odd keys, 2: all.
         turn: u32,
+        /// Index in `next_sweeps` of `propagate.wesl` of the workgroups of the next pair of sweeps; 0: none waits for this one.
+        next: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -140,7 +144,7 @@ gpu_struct! {
         hit_direction: u32,
         /// Slot of the entry at the hit; NO_SLOT of `table.wesl`.
         slot_hit: u32,
-        /// Rank of the sampled entry: `vote.wesl`.
+        /// Three bits: rank of the sampled entry (`vote.wesl`). Above: number of the chosen light, plus 1; 0: none, or a triangle or the environment.
         rank: u32,
         /// Priority of this sample's vote for the entry at the hit; 0: it has none, or it has lost. The winner sets the entry's sample position.
         vote: u32,

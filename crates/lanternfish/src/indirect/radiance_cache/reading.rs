@@ -2,8 +2,8 @@
 
 use lanternfish_gpu::{Bindings, Frame};
 
-use super::{Bounces, CacheOfFrame, Kernels, RadianceCache, table::Change};
-use crate::common::workgroups;
+use super::{Bounces, CacheOfFrame, FEWEST_IN_BUDGET, Kernels, RadianceCache, parameters::CacheSweep, table::Change};
+use crate::{common::workgroups, error::RenderError};
 
 /// Red-black propagation sweeps per half of the entries, with all bounces: in a frame in which all entries are new.
 const SWEEPS_OF_NEW: u32 = 18;
@@ -12,8 +12,9 @@ const SWEEPS_OF_CHANGED: u32 = 12;
 /// Sweeps per half in each frame while the scene keeps changing. Light of later bounces is then from earlier frames, as
 /// are most of an entry's samples.
 const SWEEPS_OF_CHANGING: u32 = 2;
-/// Sweeps over scheduled entries with each of up to three further samples of an update; the first sample has one. Entries with further samples are new,
-/// and the entries that they read may be, too.
+/// Sweeps over scheduled entries with each of up to three further samples of an update; the first sample has one.
+/// Entries with further samples are new, and the entries that they read may be, too: if there is but one further
+/// sample, it has as many sweeps as three.
 const SWEEPS_OF_FEW: u32 = 6;
 
 /// Entries that propagation updates.
@@ -76,18 +77,39 @@ fn all_entries_read_after_changes_and_sampled_ones_otherwise() {
     }
 }
 
+impl CacheOfFrame {
+    /// After a propagation: further rays of the frame add few entries, which alone read then.
+    pub fn has_propagated(&mut self) {
+        if !self.is_new {
+            self.readers = Readers::Sampled;
+        }
+    }
+}
+
 impl RadianceCache {
     /// Propagates radiance along the hit lists of all entries, if the [`Readers`] of the frame are all entries.
-    pub fn propagate(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        let Some(sweeps) = cache.readers.sweeps_of_all() else { return };
-        for sweep in self.bounces.steps(sweeps) {
-            let uniform = frame.uniform(&sweep);
-            let bindings = cache.frame_bindings().part("cache_sweep", &uniform);
-            frame.dispatch(&self.kernels.propagate, &bindings, workgroups(self.slots));
+    pub fn propagate(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) -> Result<(), RenderError> {
+        let Some(sweeps) = cache.readers.sweeps_of_all() else { return Ok(()) };
+        // Sweeps that follow pairs in which nothing changed are left out, but in an image's first frame.
+        let may_end = self.bounces == Bounces::All && !cache.is_new;
+        let mut zeroed = || frame.zeroed("radiance_cache/next_sweeps", 12 * (1 + u64::from(sweeps)));
+        let next_sweeps = [zeroed()?, zeroed()?];
+        for (index, sweep) in (0..).zip(self.bounces.steps(sweeps)) {
+            let pair = index / 2;
+            let next = if may_end { 3 * (pair + 1) } else { 0 };
+            let uniform = frame.uniform(&CacheSweep { next, ..sweep });
+            let [of_pair, of_next] = [pair, pair + 1].map(|pair| &next_sweeps[pair as usize % 2]);
+            let bindings = cache.frame_bindings().part("cache_sweep", &uniform).buffer("next_sweeps", of_next);
+            if may_end && pair > 0 {
+                frame.dispatch_indirect(&self.kernels.propagate, &bindings, of_pair, 12 * u64::from(pair));
+            } else {
+                frame.dispatch(&self.kernels.propagate, &bindings, workgroups(self.slots));
+            }
         }
         if self.bounces == Bounces::All {
             self.kernels.pack(frame, self.bounces, self.slots, cache.frame_bindings());
         }
+        Ok(())
     }
 
     /// Propagates radiance to the entries that have got another sample, and packs it. `is_first`: it was the first sample of the update; `scheduled`:
@@ -99,7 +121,12 @@ impl RadianceCache {
         is_first: bool,
         scheduled: &wgpu::Buffer,
     ) {
-        let sweeps = self.bounces.steps_of_some(if is_first { 1 } else { SWEEPS_OF_FEW });
+        let sweeps = match cache.parameters.fewest {
+            _ if is_first => 1,
+            FEWEST_IN_BUDGET => 3 * SWEEPS_OF_FEW,
+            _ => SWEEPS_OF_FEW,
+        };
+        let sweeps = self.bounces.steps_of_some(sweeps);
         let copy = self.bounces.copy_after(&sweeps);
         let sweeps = sweeps.iter().map(|sweep| (&self.kernels.propagate_scheduled, sweep));
         for (kernel, sweep) in sweeps.chain([(&self.kernels.pack_scheduled, &copy)]) {

@@ -48,7 +48,7 @@ impl Slots {
             winners: buffer("winners", 4)?,
             requested: buffer("requested", 4)?,
             samples: buffer("samples", size_of::<EntrySample>())?,
-            light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
+            light: buffer("light", 16 * (1 + bounces.levels() + bounces.known_lights()) as usize)?,
             hits: storage_buffer(device, "radiance_cache/links", hits * size_of::<Link>() as u64)?,
             earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
         })
@@ -93,6 +93,8 @@ pub(super) struct Table {
     pub slots: Slots,
     /// A frame has been completed with so many slots.
     pub was_large_enough: bool,
+    /// The lights as they were at a [`GpuScene::revision`], and room for them as they are: `follow.wesl`.
+    pub lights: Option<(wgpu::Buffer, u64)>,
     /// The packed outgoing radiance (`rgbe.wesl`) is up to date.
     pub is_packed: bool,
     /// The other table, after the first migration.
@@ -126,6 +128,7 @@ impl Table {
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots, bounces)?,
             was_large_enough: false,
+            lights: None,
             is_packed: false,
             other: None,
             bounces,

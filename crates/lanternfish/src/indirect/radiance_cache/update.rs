@@ -3,14 +3,20 @@
 use lanternfish_gpu::Frame;
 
 use super::{ALL, CacheOfFrame, RadianceCache, Rays, parameters::CacheUpdate};
-use crate::{common::workgroups, context::ViewContext};
+use crate::{common::workgroups, context::ViewContext, error::RenderError};
 
 /// Offset of the workgroups for two rays of each entry in a list of scheduled entries, bytes.
 const TWO_RAYS: u64 = 12;
 
 impl RadianceCache {
     /// Takes more samples of requested entries: up to `most` of each entry with few samples.
-    pub fn update(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, cache: &mut CacheOfFrame, most: u32) {
+    pub fn update(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        cache: &mut CacheOfFrame,
+        most: u32,
+    ) -> Result<(), RenderError> {
         let ViewContext { scene, buffer, .. } = view;
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
@@ -32,6 +38,9 @@ impl RadianceCache {
             let [scheduled, before] = &lists;
             let choosing = bindings.clone().buffer("found_scheduled", scheduled).buffer("scheduled", before);
             if is_first {
+                if of_sample.budget != 0 {
+                    frame.dispatch(&kernels.classify, &choosing, workgroups(self.slots));
+                }
                 frame.dispatch(&kernels.choose, &choosing, workgroups(self.slots));
             } else {
                 frame.dispatch_indirect(&kernels.choose_again, &choosing, before, 0);
@@ -59,16 +68,17 @@ impl RadianceCache {
             }
             if self.bounces.needs_rays() && (sample_index + 1) % Self::LISTED == 0 && sample_index + 1 < sample_count {
                 // At the next sample index hits leave the lists, and their radiance is stored: it has to be up to date.
-                self.propagate(frame, cache);
+                self.propagate(frame, cache)?;
             }
         }
         cache.lists = lists;
         // The stride, aging and the cut of the history apply once per frame.
         cache.update = CacheUpdate { update: cache.update.update, ..CacheUpdate::NEW_ONES };
+        Ok(())
     }
 }
 
 impl CacheUpdate {
     /// An update in which new entries alone are scheduled.
-    const NEW_ONES: Self = Self { update: 0, fraction: 0, remembered: ALL, ages: 0, counts: 0, _pad: 0 };
+    const NEW_ONES: Self = Self { update: 0, fraction: 0, remembered: ALL, ages: 0, counts: 0, budget: 0 };
 }

@@ -230,11 +230,15 @@ impl FrameEntries<'_> {
 
     /// In a frame in which all entries are new: takes a fraction of their samples after this sample index, whose rays
     /// have voted. The samples of an entry are thereby spread over several hits.
-    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, sample_index: u32) {
-        let Some(samples) = self.of_frame.first_samples() else { return };
+    pub fn sample(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        sample_index: u32,
+    ) -> Result<(), RenderError> {
+        let Some(samples) = self.of_frame.first_samples() else { return Ok(()) };
         if self.explores > 0 {
-            self.cache.update(frame, view, self.of_frame, 1);
-            return;
+            return self.cache.update(frame, view, self.of_frame, 1);
         }
         // At least one after the first sample index: entries are counted then, too.
         let until = |sample_index: u32| {
@@ -242,12 +246,13 @@ impl FrameEntries<'_> {
                 as u32
         };
         let most = until(sample_index + 1) - until(sample_index);
-        self.cache.update(frame, view, self.of_frame, most);
+        self.cache.update(frame, view, self.of_frame, most)?;
         let left = |sample_index: u32| until(sample_index).saturating_sub(1) / RadianceCache::LISTED;
         if left(sample_index + 2) > left(sample_index + 1) {
             // At the next sample index hits leave the lists, and their radiance of that moment is stored.
-            self.cache.propagate(frame, self.of_frame);
+            self.cache.propagate(frame, self.of_frame)?;
         }
+        Ok(())
     }
 
     /// True if the frame has to start over from its first sample index, with a larger, empty table. Called after each
@@ -268,10 +273,16 @@ impl FrameEntries<'_> {
 
     /// Updates the entries, and adds their radiance to the pixels' sums if it was not added at lookup. `summing`:
     /// bindings of the sample index, the sums and the counters.
-    pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
+    pub fn gather(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        summing: &Bindings<'_>,
+    ) -> Result<(), RenderError> {
         let most = if self.is_first() { u32::MAX } else { FEWEST };
-        self.cache.update(frame, view, self.of_frame, most);
-        self.cache.propagate(frame, self.of_frame);
+        self.cache.update(frame, view, self.of_frame, most)?;
+        self.cache.propagate(frame, self.of_frame)?;
+        self.of_frame.has_propagated();
         let entries = self.of_frame.bindings();
         let gathering =
             summing.clone().with(&entries).buffer("ray_slots", &self.slots).buffer("sample_hits", &self.hits);
@@ -280,6 +291,7 @@ impl FrameEntries<'_> {
         } else {
             frame.dispatch(&self.passes.gather, &gathering, workgroups_in_rows(self.size));
         }
+        Ok(())
     }
 }
 

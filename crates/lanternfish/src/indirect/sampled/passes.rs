@@ -181,7 +181,7 @@ impl RayPasses {
                         frame.dispatch_indirect(shade, &shading, &entries.dispatches, SHADE);
                         frame.dispatch_indirect(shadow, &light_bindings, &entries.dispatches, SHADOW);
                     }
-                    entries.sample(frame, view_context, sample_index);
+                    entries.sample(frame, view_context, sample_index)?;
                 }
             }
             if let Some(emitters) = emitters.filter(|_| sample_index < grid.emitter_rays) {
@@ -191,7 +191,7 @@ impl RayPasses {
                 && sample_index + 1 == of_entries.end
                 && grid.explores == 0
             {
-                entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits));
+                entries.gather(frame, view_context, &summing.clone().buffer("sampled_hits", &targets.hits))?;
             }
             sample_index += 1;
             if let Some(entries) = &mut entries

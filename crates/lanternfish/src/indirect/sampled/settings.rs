@@ -53,7 +53,7 @@ parameters! {
         /// Largest capacity of the radiance cache, entries. More: fewer hits without an entry.
         ///
         /// It is rounded up to a power of two. The cache starts at 131,072 entries and grows. Memory per entry: about
-        /// 300 bytes with one bounce, 660 with all, 1,000 with eight; after 128 frames, with a second table, 410, 1,100
+        /// 300 bytes with one bounce, 790 with all, 1,000 with eight; after 128 frames, with a second table, 410, 1,400
         /// and 1,800.
         cache_entries: u32 = 1 << 18, "cache-entries" "N" Range::Count(LEAST_ENTRIES, MOST_ENTRIES);
         /// Most samples per cache entry in an image's first frame. More: less noise, slower.

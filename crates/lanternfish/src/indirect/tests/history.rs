@@ -1,5 +1,7 @@
 //! Temporal accumulation of indirect light.
 
+use glam::Vec2;
+
 use super::*;
 use crate::{settings::History, techniques::Probes};
 
@@ -150,6 +152,68 @@ fn gpu_switched_off_lamp_leaves_no_ghost(gpu: &Gpu) {
         assert!(left.iter().zip([1.2, 1.05]).all(|(left, most)| (least..most).contains(left)), "{left:?}");
         assert!(come.iter().zip([0.8, 0.9]).all(|(come, least)| (least..1.1).contains(come)), "{come:?}");
     }
+}
+
+/// While something changes in every frame, indirect light follows a lamp that goes out behind a wall. What is left for some frames is the history of
+/// pixels: entries of the cache follow at once.
+#[gpu_test]
+fn gpu_hidden_lamp_goes_out_at_once_in_a_changing_scene(gpu: &Gpu) {
+    let camera = looking([0.0, 0.0, 0.9], [0.3, -0.4, 0.0]);
+    // The wall is as high as two thirds of the room.
+    let mut room = closed_box(matt(0.7));
+    room.meshes[0].primitives.push(quad(0, Vec3::new(0.0, -0.35, 0.0), Vec3::X, 0.65 * Vec3::Y));
+    let lit = |hidden: f32, step: usize| {
+        let flicker = 0.02 + 0.001 * (step % 2) as f32;
+        let lights = [([0.0, -0.6, -0.6], hidden), ([0.5, 0.5, 0.6], flicker)];
+        let lights = lights.map(|(at, candela)| Light::point(Vec3::from(at), Vec3::splat(candela))).to_vec();
+        Scene { lights, ..room.clone() }
+    };
+    let rays =
+        Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces: Bounces::All, filter_radius: 4, ..few() };
+    let [on, off] = [1.0, 0.0].map(|hidden| {
+        let of = |settings| mean(&rendering(gpu, settings, &lit(hidden, 0), &camera));
+        let direct = of(settings(rays).with_indirect(Indirect::NONE));
+        [direct, of(over_frames(rays, 8)) - direct]
+    });
+    let mut renderer = walks::renderer(gpu, with_history(History::On, rays));
+    let mut uploaded = renderer.upload(&lit(1.0, 0)).unwrap();
+    let mut frame = |hidden: f32, step: usize, [direct, _]: [f64; 2]| {
+        renderer.update(&mut uploaded, &lit(hidden, step)).unwrap();
+        mean(&pixels(&renderer.render(&uploaded, &camera, SIZE.into()).unwrap())) - direct
+    };
+    let before = (1..6).map(|step| frame(1.0, step, on) / on[1]).collect::<Vec<_>>();
+    let left = (0..8).map(|step| (frame(0.0, step, off) - off[1]) / (on[1] - off[1])).collect::<Vec<_>>();
+    assert!(before.iter().all(|before| (0.93..1.07).contains(before)), "{before:?}");
+    assert!(left[1] < 0.5 && left[3] < 0.15 && left[7].abs() < 0.05, "{left:?}");
+}
+
+/// Lamps that jump, one in each frame, as falling ones start again at the top: light that they bring elsewhere is found by samples, so what they brought
+/// does not go before. Of many lamps an entry's sample chooses one.
+#[gpu_test]
+fn gpu_lamps_that_jump_keep_their_light(gpu: &Gpu) {
+    let camera = looking([0.0, 0.0, 0.9], [0.3, -0.4, 0.0]);
+    let lit = |step: usize| {
+        let at = |i: usize| {
+            let place = 1.6 * (Vec2::new(0.7549, 0.5698) * (i + 31 * ((step + 23 - i) / 24)) as f32).fract() - 0.8;
+            Vec3::new(place.x, 0.3 * (i % 4) as f32 - 0.4, place.y)
+        };
+        let lights = (0..24).map(|i| Light::point(at(i), Vec3::splat(0.05))).collect();
+        Scene { lights, ..closed_box(matt(0.7)) }
+    };
+    let rays =
+        Sampled { diffuse_rays: 4, hit_light: HitLight::Cached, bounces: Bounces::All, filter_radius: 4, ..few() };
+    let mut renderer = walks::renderer(gpu, with_history(History::On, rays));
+    let mut uploaded = renderer.upload(&lit(0)).unwrap();
+    let [mut moving, mut still] = [0.0; 2];
+    for step in 1..25 {
+        renderer.update(&mut uploaded, &lit(step)).unwrap();
+        let image = pixels(&renderer.render(&uploaded, &camera, SIZE.into()).unwrap());
+        if step % 6 == 0 {
+            moving += mean(&image);
+            still += mean(&rendering(gpu, over_frames(rays, 4), &lit(step), &camera));
+        }
+    }
+    assert!((moving / still - 1.0).abs() < 0.02, "{}", moving / still);
 }
 
 /// Disoccluded surfaces get no light of the object that was in front of them, and the moving object keeps its history.

@@ -152,12 +152,11 @@ fn gpu_hits_are_lit_the_same_in_two_levels_at_rest_and_in_motion(gpu: &Gpu) {
 /// Noise depends on the order of triangles, the mean does not.
 #[gpu_test]
 fn gpu_emission_that_direct_light_samples_is_the_same_in_two_levels(gpu: &Gpu) {
-    let scene = glowing(200);
     let image = |tracer| {
         let indirect = Sampled { bounces: Bounces::ONE, ..Sampled::default() };
         let settings = settings(tracer).with_direct(SampledLights::default()).with_indirect(indirect);
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.with_accumulate(16)).unwrap();
-        let uploaded = renderer.upload(&scene).unwrap();
+        let uploaded = renderer.upload(&glowing(200)).unwrap();
         renderer.render(&uploaded, &camera(), [36, 24]).unwrap().radiance
     };
     let [mean, _] = apart(&image(Tracer::BVH), &image(Tracer::TWO_LEVEL));

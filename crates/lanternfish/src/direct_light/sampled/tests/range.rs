@@ -22,7 +22,7 @@ fn every_light() -> Settings {
 }
 
 fn sampled(denoise: Denoise) -> Settings {
-    let direct = SampledLights { light_samples: LightSamples::Two, denoise, ..SampledLights::default() };
+    let direct = SampledLights { light_samples: LightSamples::Two, denoise };
     every_light().with_direct(direct)
 }
 

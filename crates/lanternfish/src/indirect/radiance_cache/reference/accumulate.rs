@@ -44,16 +44,43 @@ pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledEntry], 
         let mixed = mix(before.truncate(), sent, weight(before.w, parameters.most));
         let mean = if is_new { sent } else { mixed };
         table.light[level][slot] = mean.extend(before.w + 1.0);
+        let ratio = if is_new { 1.0 } else { weight(before.w, parameters.most) };
+        remember(table, sampled, ratio, parameters);
         if level == 0 {
             table.rgbe[slot] = rgbe::pack(mean);
             continue;
         }
         let all = if is_new { mean } else { table.light[0][slot].truncate() };
+        let samples = table.light[0][slot].w + 1.0;
         for total in totals(parameters) {
-            table.light[*total][slot] = all.extend(before.w + 1.0);
+            table.light[*total][slot] = all.extend(samples);
         }
     }
 }
+
+/// Adds what a sample's light brought to the known parts of its entry's mean, of which the sample has a fraction `ratio`: `remember`.
+fn remember(table: &mut Table, sampled: &SampledEntry, ratio: f32, parameters: &RadianceCacheParameters) {
+    let (slot, light) = (sampled.slot as usize, sampled.rank >> 3);
+    let brought = ratio * sampled.reflected;
+    let known = &mut table.light[1 + parameters.bounce_levels as usize..];
+    for part in &mut *known {
+        let rgb = if ratio == 1.0 { Vec3::ZERO } else { (1.0 - ratio) * part[slot].truncate() };
+        part[slot] = rgb.extend(part[slot].w);
+    }
+    let value = |part: &Vec<Vec4>| match part[slot].w as u32 == light {
+        true => -1.0,
+        false => part[slot].truncate().dot(LUMINANCE),
+    };
+    let Some(least) = known.iter_mut().min_by(|a, b| value(a).total_cmp(&value(b))) else { return };
+    let is_known = value(least) < 0.0;
+    if light != 0 && brought.dot(LUMINANCE) > value(least) {
+        let before = if is_known { least[slot].truncate() } else { Vec3::ZERO };
+        least[slot] = (brought + before).extend(light as f32);
+    }
+}
+
+/// Weights of the channels in luminance.
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Number of hits that the mean of earlier hits represents, in an entry with so many samples.
 pub(in super::super) fn earlier_count(samples: f32, most: f32) -> f32 {
@@ -77,7 +104,7 @@ pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
 pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledEntry], parameters: &RadianceCacheParameters) {
     for sampled in sampled {
         let slot = sampled.slot as usize;
-        let samples = table.light[1][slot].w;
+        let samples = table.light[0][slot].w;
         if samples >= LISTED as f32 {
             drop_last(table, slot, samples, parameters);
         }

@@ -49,6 +49,35 @@ fn scheduled(
     ScheduledEntry { slot: slot_and_bit, sample: table.keys[slot] / 65_536 + number * 65_536 }
 }
 
+/// Samples that a new entry takes of the budget, about.
+const NEW_SAMPLES: u32 = 3;
+
+/// Of an entry in a frame with a budget; 0: new, 1: hit by pixels' rays, 2 and above: by rank.
+fn tier(table: &Table, slot: usize, parameters: &RadianceCacheParameters, remembered: f32) -> Option<usize> {
+    let is_hit = table.votes[slot] != 0;
+    let is_requested = is_hit || parameters.frame.wrapping_sub(table.requested[slot]) <= parameters.kept;
+    let rank = vote::rank(table.samples[slot]) as usize;
+    let is_new = table.light[0][slot].w.min(remembered) == 0.0 && rank == 0;
+    let by_rank = if is_hit { 1 } else { (rank + 2).min(7) };
+    is_requested.then_some(if is_new { 0 } else { by_rank })
+}
+
+/// Update stride of each tier: the smallest ones that keep to the budget.
+fn strides(table: &Table, parameters: &RadianceCacheParameters, of_update: &CacheUpdate) -> [u32; 8] {
+    let mut counts = [0; 8];
+    table
+        .taken()
+        .filter_map(|slot| tier(table, slot, parameters, of_update.remembered))
+        .for_each(|tier| counts[tier] += 1);
+    let at = |coarseness: u32| {
+        [0, 1, 2, 3, 4, 5, 6, 7]
+            .map(|tier| if tier == 0 { 1 } else { 1 << (tier + coarseness).saturating_sub(8).min(7) })
+    };
+    let samples =
+        |strides: [u32; 8]| (1..8).map(|tier| counts[tier] / strides[tier]).sum::<u32>() + NEW_SAMPLES * counts[0];
+    at((0..15).find(|coarseness| samples(at(*coarseness)) <= of_update.budget).unwrap_or(15))
+}
+
 /// The first list of an update, from all entries; also cuts histories: `choose`.
 pub(in super::super) fn choose(
     table: &mut Table,
@@ -56,7 +85,8 @@ pub(in super::super) fn choose(
     of_update: &CacheUpdate,
 ) -> Vec<ScheduledEntry> {
     let taken: Vec<usize> = table.taken().collect();
-    taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters, of_update)).collect()
+    let strides = strides(table, parameters, of_update);
+    taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters, of_update, strides)).collect()
 }
 
 fn choose_one(
@@ -64,11 +94,13 @@ fn choose_one(
     slot: usize,
     parameters: &RadianceCacheParameters,
     of_update: &CacheUpdate,
+    strides: [u32; 8],
 ) -> Option<ScheduledEntry> {
     let RadianceCacheParameters { most_fraction, most, .. } = *parameters;
     let CacheUpdate { update, fraction, remembered, ages, .. } = *of_update;
     let key = table.keys[slot];
     let is_hit = table.votes[slot] != 0;
+    let tier = tier(table, slot, parameters, remembered);
     if is_hit {
         table.requested[slot] = parameters.frame;
         table.votes[slot] = 0;
@@ -92,6 +124,9 @@ fn choose_one(
     let halved_rate = WELL_SAMPLED.iter().filter(|well| samples >= **well >> halvings).count() as u32;
     let stride = if fraction == 0 { 0 } else { (fraction << (rank + halved_rate)).min(most_fraction) };
     let is_in_own_stride = fraction != 0 && is_in_stride(key, update, fraction) && is_in_stride(key, update, stride);
+    if let Some(tier) = tier.filter(|_| of_update.budget > 0) {
+        return is_in_stride(key, update, strides[tier]).then(|| scheduled(table, (slot, is_hit), samples, parameters));
+    }
     let is_scheduled = is_requested && (samples < fewest(rank, is_hit, parameters) || is_in_own_stride);
     is_scheduled.then(|| scheduled(table, (slot, is_hit), samples, parameters))
 }

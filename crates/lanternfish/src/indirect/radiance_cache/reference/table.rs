@@ -67,7 +67,7 @@ impl Table {
             for (new, light) in new.light.iter_mut().zip(&self.light) {
                 new[to] = light[old];
             }
-            if self.light.len() == 1 {
+            if parameters.bounce_levels == 0 {
                 continue;
             }
             // A hit of an evicted entry refers to the entry itself.

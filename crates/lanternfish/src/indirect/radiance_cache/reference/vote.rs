@@ -135,7 +135,7 @@ pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledEntry], 
             sampled.vote = 0;
             continue;
         }
-        let next = (sampled.rank + 1).min(LAST_RANK);
+        let next = (sampled.rank % 8 + 1).min(LAST_RANK);
         if next <= rank(table.samples[slot]) {
             table.samples[slot] = with_rank(face(sampled, planes).2, next);
         }

@@ -141,17 +141,20 @@ fn parameters(slots: u32) -> RadianceCacheParameters {
         changes: 5,
         bounce_levels: 2,
         earlier_steps: 1,
+        known_lights: 4,
         ..Default::default()
     }
 }
 
 /// Parameters of an update in an unchanged scene.
 const UPDATE: CacheUpdate =
-    CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, ages: 1, counts: 1, _pad: 0 };
+    CacheUpdate { update: 1_000_003, fraction: 8, remembered: f32::MAX, ages: 1, counts: 1, budget: 0 };
 
 /// A table with so many entries of random state, requested up to 200 frames ago.
 fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
-    let levels = 1 + parameters.bounce_levels as usize;
+    let known = 1 + parameters.bounce_levels as usize;
+    let levels = known + parameters.known_lights as usize;
+    let has_two_totals = parameters.bounce_levels == 2 && parameters.first_level == 0;
     let mut table = Table::new(slots, levels, parameters.earlier_steps as usize);
     for entry in random_entries(random, entries, slots / 4) {
         let slot = table.insert(entry).expect("the table is full") as usize;
@@ -162,8 +165,14 @@ fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &Ra
             with_rank(EntrySample { p_world: random.point(), triangle }, one_of(random, &[0, 0, 1, 1, 2, 3, 5, 6, 7]));
         let samples =
             one_of(random, &[0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 23, 24, 31, 32, 127, 128, 129, 300]);
-        for light in &mut table.light {
-            light[slot] = (Vec3::ONE + random.point()).extend(samples as f32);
+        for (level, light) in table.light.iter_mut().enumerate() {
+            // Direct light may count as fewer samples than there are hits; numbers of known lights are different ones.
+            let w = match level {
+                1 if has_two_totals => 0.5 * samples as f32,
+                _ if level >= known => (samples % 5 + level) as f32,
+                _ => samples as f32,
+            };
+            light[slot] = (Vec3::ONE + random.point()).extend(w);
         }
         for earlier in &mut table.earlier {
             // Not read if no hit has left the list.
@@ -196,6 +205,7 @@ fn random_samples(random: &mut Random, table: &Table, list: &[ScheduledEntry]) -
             reflectance: color(random),
             triangle: if hit == u32::MAX && random.unit() < 0.5 { u32::MAX } else { below(random, 16) },
             slot_hit: hit,
+            rank: below(random, 8) | (below(random, 9) << 3),
             vote: u32::from(hit != u32::MAX && random.unit() < 0.5),
             ..Default::default()
         });
@@ -222,6 +232,7 @@ const LIST_HEADER: usize = super::LIST_HEADER_BYTES as usize / 4;
 /// A list as passes read it: with capacity for as many entries as the table has slots.
 fn scheduled_words(list: &[ScheduledEntry], slots: u32) -> Vec<u32> {
     let mut words = vec![0, 0, 0, 0, 0, 0, list.len() as u32, TAKEN];
+    words.resize(LIST_HEADER, 0);
     words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
     words.resize(LIST_HEADER + 2 * slots as usize, 0);
     words
@@ -313,7 +324,7 @@ fn kept(table: &Table) -> Result<BTreeMap<u32, (StoredEntry, Vec<Vec3>)>, String
         let EntrySample { p_world, triangle } = table.samples[slot];
         let [x, y, z] = bits(p_world.to_array());
         // One per sample; none with one bounce.
-        let listed = table.light.get(1).map_or(0, |light| (light[slot].w as usize).min(LISTED));
+        let listed = if table.earlier.is_empty() { 0 } else { (table.light[0][slot].w as usize).min(LISTED) };
         // An edited shader may write any slot.
         let key_of = |slot: u32| table.keys.get(slot as usize).copied().unwrap_or(0);
         let hits = table.hits[slot][..listed].iter().map(|hit| [key_of(hit.slot), hit.reflectance]);

@@ -22,6 +22,10 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
             RadianceCacheParameters { changes: 65_533, ..is_reset },
             CacheUpdate { remembered: 3.0, fraction: 1, ..update },
         ),
+        (is_reset, CacheUpdate { remembered: 3.0, fraction: 1, budget: 10, ..update }),
+        (is_reset, CacheUpdate { remembered: 3.0, fraction: 1, budget: 40, ..update }),
+        (is_reset, CacheUpdate { fraction: 1, budget: 70, ..update }),
+        (is_reset, CacheUpdate { fraction: 1, budget: 1000, ..update }),
         (first, of_first),
         (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
         (RadianceCacheParameters { fewest: 1, ..frame }, update),
@@ -30,6 +34,8 @@ fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
     // Successive updates.
     let following = |i| CacheUpdate { update: update.update + i, fraction: if i < 10 { 8 } else { 1 }, ..update };
     frames.extend((1..20).map(|i| (frame, following(i))));
+    let one_bounce = RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..is_reset };
+    frames.push((one_bounce, CacheUpdate { remembered: 0.0, ..update }));
     frames
 }
 
@@ -56,6 +62,9 @@ fn compare_lists(
     memory.bind(&["found_scheduled"], &empty);
     memory.bind(&["scheduled"], &scheduled_words(&[], SLOTS));
     memory.bind(&["sampled_entries"], &vec![SampledEntry::default(); SLOTS as usize]);
+    if update.budget > 0 {
+        bench.run(&mut memory, "schedule", "classify", workgroups(SLOTS));
+    }
     bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
     let list = schedule::choose(&mut table, parameters, update);
     let words: Vec<u32> = memory.get("found_scheduled");
@@ -120,6 +129,22 @@ fn compare_lengths(bench: &Bench) -> Compared {
         same(&format!("workgroups of {count} and one along"), &words[..6], &schedule::workgroups(count + 1))?;
     }
     Ok(())
+}
+
+/// Successive updates of the reference keep to a budget, and each requested entry gets its turn.
+#[test]
+fn a_budget_is_kept_and_every_entry_gets_its_turn() {
+    let (mut random, parameters, budget) = (Random::new(64), parameters(8192), 300);
+    let table = random_table(&mut random, 8192, 4000, &parameters);
+    let mut visited = std::collections::BTreeSet::new();
+    for frame in 0..128 {
+        let update = CacheUpdate { update: 5 * frame, fraction: 1, remembered: 5.0, budget, ..UPDATE };
+        let list = schedule::choose(&mut table.clone(), &parameters, &update);
+        assert!((budget / 3..budget + budget / 10).contains(&(list.len() as u32)), "{} in {frame}", list.len());
+        visited.extend(list.iter().map(|entry| entry.of_slot() as usize));
+    }
+    let is_requested = |slot: &usize| table.votes[*slot] != 0 || table.is_kept(*slot, &parameters);
+    assert_eq!(visited, table.taken().filter(is_requested).collect());
 }
 
 #[gpu_test]

@@ -66,7 +66,7 @@ pub(super) fn compare_migration(bench: &Bench) -> Compared {
         let parameters =
             RadianceCacheParameters { bounce_levels: levels, earlier_steps: steps, kept, ..parameters(new_slots) };
         let old = random_table(&mut random, slots, entries, &parameters);
-        let empty = Table::new(new_slots, 1 + levels as usize, steps as usize);
+        let empty = Table::new(new_slots, 5 + levels as usize, steps as usize);
         let mut memory = memory_of(&empty, &parameters);
         bind_table(&mut memory, &old, "old_", "old_earlier");
         // The other names are bound to the words of the new table.

@@ -46,9 +46,6 @@ impl Spots {
         let brightest = frame.zeroed("indirect/probes/spots/brightest", 4 * GROUPS)?;
         let spots = frame.zeroed("indirect/probes/spots/entries", SPOT_BYTES * GROUPS)?;
         let listed = frame.zeroed("indirect/probes/spots/listed", LIST_BYTES)?;
-        for buffer in [&brightest, &spots, &listed] {
-            frame.encoder().clear_buffer(buffer, 0, None);
-        }
         let bindings = cache.bindings().with(&view.buffer.bindings());
         let bindings = bindings.buffer("brightest", &brightest).buffer("brightest_entries", &spots);
         let bindings = bindings.buffer("listed_spots", &listed);
