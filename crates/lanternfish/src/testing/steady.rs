@@ -55,10 +55,10 @@ pub fn check_steady(gpu: &Gpu, scene: &Scene, frames: Frames) {
     for i in 10..18 {
         assert_eq!(frame(i), Made::default(), "{name}, frame {i}");
     }
-    // Check that the test can fail: a frame of another size creates resources.
+    // Check that the test can fail: a frame of another size creates resources (not all need buffers of that size).
     let views = renderer.views(&uploaded, &[(&scene.cameras[0], [80, 60])]).unwrap();
     let before = made();
     renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
     let other = made() - before;
-    assert!(other.buffers > 0 && other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
+    assert!(other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
 }

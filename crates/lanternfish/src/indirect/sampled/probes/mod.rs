@@ -188,7 +188,8 @@ impl ProbeLight {
         let mut counters = Vec::new();
         if of_frame.starts_image() {
             self.spots.forget(frame);
-            let few = (rays.div_ceil(EXPLORING), rays);
+            // A texture of one layer is no array.
+            let few = (rays.div_ceil(EXPLORING).max(2), rays);
             counters.push(self.trace_rays(frame, view_context, surface, of_frame, found, few)?);
         }
         self.spots.record(frame, view_context, of_frame)?;
