@@ -30,7 +30,7 @@ pub use holes::Holes;
 pub use images::{Chunk, DeepCounts, DeepImages};
 pub use kept::KeptDeepImages;
 pub use of_papers::PaperImages;
-pub(crate) use shaders::{DECLARED, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
+pub(crate) use shaders::{DECLARED, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SLOPES, SORTED_LINKED_LIST};
 pub use shaders::{DeepFrame, DeepGrid, SurfaceSample};
 pub use structure::{ACROSS_TEXELS, WITHIN_TEXEL};
 pub use validate::{Fragment, ListFault};

@@ -154,7 +154,7 @@ impl DeepImageSettings {
         };
         let steps = self.store == DeepStore::LinearArray && self.search == DeepSearch::LinearSteps;
         let search = steps.then_some(LINEAR_STEPS);
-        let slopes = self.slopes.then_some(SLOPES);
+        let slopes = (self.slopes && self.store == DeepStore::LinearArray).then_some(SLOPES);
         store.into_iter().chain(search).chain(self.payload.then_some(PAYLOAD)).chain(slopes).collect()
     }
 }

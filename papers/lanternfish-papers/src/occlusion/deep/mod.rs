@@ -25,8 +25,8 @@ use super::DISTANCE;
 use crate::{
     VirtualLights,
     deep_images::{
-        DeepCounts, DeepImages, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SORTED_LINKED_LIST,
-        directions::Directions, settings::DeepImageSettings,
+        DeepCounts, DeepImages, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, PaperImages, SLOPES,
+        SORTED_LINKED_LIST, directions::Directions, settings::DeepImageSettings,
     },
     indirect::light_views::{bounced, radius_of},
 };
@@ -65,7 +65,7 @@ pub(crate) const DECLARED: Shaders = Shaders::of(
         "occlusion/deep/accumulate",
         &[
             &[&[PAYLOAD], &[PLAIN_OCCLUSION]],
-            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[LINEAR_STEPS]],
+            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[LINEAR_STEPS], &[SLOPES], &[LINEAR_STEPS, SLOPES]],
             &[&[], &[ENVIRONMENT]],
         ],
     )],

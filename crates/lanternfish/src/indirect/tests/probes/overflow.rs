@@ -69,11 +69,10 @@ fn gpu_frames_with_too_many_further_probes_are_held(gpu: &Gpu) {
     };
     // Only the list of probes overflows: with a large capacity the first frame is complete.
     let enough = shown(Some(1 << 20));
-    assert!(
-        enough.iter().all(|(is_complete, _)| *is_complete) && enough[0].1.radiance == expected.radiance,
-        "with a large capacity"
-    );
-    assert!(enough[0].1.display == expected.display);
+    assert!(enough.iter().all(|(is_complete, _)| *is_complete), "with a large capacity");
+    // With blocking readback alone, an image's first frame explores: the same light with other noise.
+    let (first, expected) = (pixels(&enough[0].1), pixels(&expected));
+    assert!(off(&first, &expected) < 0.1 && (mean(&first) / mean(&expected) - 1.0).abs() < 0.01);
     let grown = shown(Some(0));
     println!("complete: {:?}", grown.iter().map(|(is_complete, _)| is_complete).collect::<Vec<_>>());
     assert!(!grown[0].0 && grown[0].1.display.iter().all(|texel| texel[..3] == [0; 3]), "the first frame is shown");
