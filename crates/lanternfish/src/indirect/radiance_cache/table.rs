@@ -93,7 +93,7 @@ pub(super) struct Table {
     pub slots: Slots,
     /// A frame has been completed with so many slots.
     pub was_large_enough: bool,
-    /// The lights as they were at a [`GpuScene::revision`], and room for them as they are: `follow.wesl`.
+    /// The lights as they were at a [`GpuScene::revision`], and space for them as they are: `follow.wesl`.
     pub lights: Option<(wgpu::Buffer, u64)>,
     /// The packed outgoing radiance (`rgbe.wesl`) is up to date.
     pub is_packed: bool,
