@@ -25,14 +25,11 @@ const LARGEST_CYCLE: usize = 6;
 const TECHNIQUES: &[&str] =
     &["direct_light/sampled", "indirect/sampled", "light_culling/clustered", "light_culling/tiled"];
 
-/// Imports of a technique elsewhere: `auto` chooses it, and transparent surfaces sample lights by its code.
-const EXCEPTIONS: [&str; 2] =
-    ["direct_light/auto.rs imports direct_light/sampled", "shading/forward.wesl imports direct_light/sampled/fragment"];
+/// Imports of a technique elsewhere: `auto` chooses it.
+const EXCEPTIONS: [&str; 1] = ["direct_light/auto.rs imports direct_light/sampled"];
 
-/// Imports that point up between the library's folders: settings hold techniques, which are built for settings, and
-/// sampled lights are reflected as listed ones are.
-const UP: [(&str, &str); 4] =
-    [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion"), ("direct_light", "shading")];
+/// Imports that point up between the library's folders: settings hold techniques, which are built for settings.
+const UP: [(&str, &str); 3] = [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion")];
 
 /// The only files of `crates` that name the crate of the papers: the command line's, and that of the window's tests.
 const PAPERS: [&str; 2] = ["crates/lanternfish-cli/src/paper.rs", "crates/lanternfish-viewer/src/testing.rs"];

@@ -43,12 +43,14 @@ pub(crate) struct Passes {
     /// The acceleration structures of inexact tracers, each beside its settings, which differ.
     pub structures: Vec<(Structure, Box<dyn KeptStructure>)>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
-    /// The nearest transparent surface, if there is indirect light.
-    pub nearest_transparent: Option<ExtraSurface>,
-    /// The clear coats of opaque surfaces, if there is indirect light.
-    pub coats: Option<ExtraSurface>,
-    /// The other sides of opaque surfaces that scatter light through, if there is indirect light.
-    pub other_sides: Option<ExtraSurface>,
+    /// The nearest transparent surface.
+    pub nearest_transparent: ExtraSurface,
+    /// The one behind it.
+    pub second_transparent: ExtraSurface,
+    /// The clear coats of opaque surfaces.
+    pub coats: ExtraSurface,
+    /// The other sides of opaque surfaces that scatter light through.
+    pub other_sides: ExtraSurface,
     /// Accumulates the visibility ratios of area lights, if there is a history.
     pub visibility_ratios: Option<VisibilityRatios>,
     pub forward: Forward,
@@ -236,9 +238,8 @@ impl Passes {
             let direct = self.direct.as_mut().filter(|_| is_sampled);
             let direct = direct.map(|direct| direct.record(frame, view, &surface)).transpose()?;
             let is_coated = view.draws.solid.iter().any(|draw| draw.lobes == Lobes::Coated);
-            let coats = self.coats.as_mut().filter(|_| is_coated);
-            let coat = coats.map(|coats| coats.record(frame, view)).transpose()?.map(Box::new);
-            Ok(Arriving { surface, ambient_visibility, indirect, direct, coat })
+            let coat = if is_coated { self.coats.record(frame, view, false, None)?.map(Box::new) } else { None };
+            Ok(Arriving { surface, ambient_visibility, indirect, direct, coat, second: None })
         };
         views.iter().map(&mut of_view).collect()
     }

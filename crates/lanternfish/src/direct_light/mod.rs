@@ -9,7 +9,7 @@ pub mod sampled;
 
 use std::fmt;
 
-use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame};
 
 use crate::{
     context::ViewContext,
@@ -24,7 +24,7 @@ use crate::{
 
 /// Shaders trace shadow rays.
 pub(crate) const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
-/// Direct light comes from a technique's layers, for transparent surfaces from its samples.
+/// Direct light comes from a technique's layers.
 pub(crate) const SAMPLED_LIGHTS: Feature = Feature::new("sampled_lights");
 
 /// Technique of direct light; none: every listed light gets its shadow rays.
@@ -68,9 +68,6 @@ pub trait DirectPasses: Send + fmt::Debug {
     fn lights_in_reach(&self) -> Option<f32> {
         None
     }
-
-    /// Parameters for transparent surfaces, which draw their own samples: bound as `direct_sampling`.
-    fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart;
 
     /// Records the passes that compute the direct light of a view's surface, one sample per pixel.
     fn record(

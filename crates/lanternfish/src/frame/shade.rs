@@ -1,6 +1,6 @@
 //! Direct light and shading of one view: from listed lights with their shadow rays, or from samples.
 
-use lanternfish_gpu::{BufferPart, Frame};
+use lanternfish_gpu::Frame;
 
 use super::Passes;
 use crate::{
@@ -35,9 +35,7 @@ impl Passes {
         let radiance = self.forward.target(frame, view.view.size);
         let Some(lights) = lights.filter(|_| arriving.direct.is_none()) else {
             let shadows = Shadowing { visibility: None, fractions: None };
-            let parameters = self.parameters_of_samples(frame, view);
-            let direct = DirectFrom::Samples(&parameters);
-            self.forward.record(frame, view, direct, arriving, &shadows, &radiance)?;
+            self.forward.record(frame, view, DirectFrom::Samples, arriving, &shadows, &radiance)?;
             return Ok((radiance, None));
         };
         let plan = self.plan(frame, view, lights)?;
@@ -69,9 +67,7 @@ impl Passes {
                 plan
             }
             None => {
-                let parameters = self.parameters_of_samples(frame, view);
-                let direct = DirectFrom::Samples(&parameters);
-                self.irradiance.record(frame, view, direct, &arriving, None, &irradiance)?;
+                self.irradiance.record(frame, view, DirectFrom::Samples, &arriving, None, &irradiance)?;
                 None
             }
         };
@@ -84,12 +80,6 @@ impl Passes {
             direct: arriving.direct,
             ..shaded
         })
-    }
-
-    /// Parameters of the technique that samples direct light, for surfaces that draw samples of their own.
-    fn parameters_of_samples(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
-        let Some(direct) = &self.direct else { unreachable!("without it, there are light lists") };
-        direct.parameters(frame, view)
     }
 
     /// The plan for the shadow rays of a view, if there are shadows.
@@ -158,15 +148,8 @@ impl Passes {
         if draws.is_empty() {
             return Ok(());
         }
-        let arriving = self.other_sides.as_mut().map(|sides| sides.record(frame, view)).transpose()?;
-        let parameters;
-        let direct = match lights {
-            Some(lights) => DirectFrom::Lists(lights),
-            None => {
-                parameters = self.parameters_of_samples(frame, view);
-                DirectFrom::Samples(&parameters)
-            }
-        };
+        let direct = lights.map_or(DirectFrom::Samples, DirectFrom::Lists);
+        let arriving = self.other_sides.record(frame, view, lights.is_none(), None)?;
         self.forward.record_from_behind(frame, view, direct, arriving.as_ref(), radiance, &draws)
     }
 
@@ -181,18 +164,13 @@ impl Passes {
         if view.draws.transparent.is_empty() {
             return Ok(None);
         }
-        let nearest = self.nearest_transparent.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
-        match lights {
-            Some(lights) => {
-                let direct = DirectFrom::Lists(lights);
-                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
-            }
-            None => {
-                let parameters = self.parameters_of_samples(frame, view);
-                let direct = DirectFrom::Samples(&parameters);
-                self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
-            }
+        let mut nearest = self.nearest_transparent.record(frame, view, lights.is_none(), None)?;
+        if let (None, Some(nearest)) = (lights, &mut nearest) {
+            let depth = Some(&nearest.surface.depth);
+            nearest.second = self.second_transparent.record(frame, view, true, depth)?.map(Box::new);
         }
+        let direct = lights.map_or(DirectFrom::Samples, DirectFrom::Lists);
+        self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 }

@@ -30,6 +30,8 @@ pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 
 /// The draws are transparent surfaces.
 const TRANSPARENT: Feature = Feature::new("transparent");
+/// Of transparent surfaces those behind the nearest one.
+const BEHIND: Feature = Feature::new("behind");
 /// The draws have clear coats: their normals and roughness are written.
 const COATS: Feature = Feature::new("coats");
 /// The draws scatter light from behind: the opposite normals are written.
@@ -42,6 +44,7 @@ const VARIANTS: &[&[Feature]] = &[
     &[],
     &[MASKED],
     &[TRANSPARENT],
+    &[TRANSPARENT, BEHIND],
     &[COATS],
     &[COATS, MASKED],
     &[FROM_BEHIND],
@@ -129,16 +132,12 @@ impl Prepass {
         Self { raster, writes: Writes::Motion, samples: 1 }
     }
 
-    /// A prepass of transparent surfaces, with normals and roughness and one sample per pixel.
-    pub fn of_transparent() -> Self {
-        let raster = SceneRaster::new(
-            "prepass/transparent",
-            DECLARED,
-            "prepass/prepass",
-            &[TRANSPARENT],
-            false,
-            state(Writes::Surface, 1),
-        );
+    /// A prepass of transparent surfaces, with normals and roughness and one sample per pixel. `are_behind`: of those
+    /// behind the nearest one.
+    pub fn of_transparent(are_behind: bool) -> Self {
+        let features: &[Feature] = if are_behind { &[TRANSPARENT, BEHIND] } else { &[TRANSPARENT] };
+        let state = state(Writes::Surface, 1);
+        let raster = SceneRaster::new("prepass/transparent", DECLARED, "prepass/prepass", features, false, state);
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
@@ -183,7 +182,7 @@ impl Prepass {
 
     /// Draws some of a view's surfaces: the transparent ones that are nearer than the opaque surface at the pixel's
     /// centre, of which it keeps the nearest, or some opaque ones again. For a prepass [`Self::of_transparent`],
-    /// [`Self::of_coats`] or [`Self::of_other_sides`].
+    /// [`Self::of_coats`] or [`Self::of_other_sides`]. `nearest`: depth of the transparent surfaces behind which it draws.
     pub(crate) fn record_some(
         &mut self,
         frame: &mut Frame<'_>,
@@ -191,8 +190,12 @@ impl Prepass {
         view: &ViewBuffer,
         opaque: &Surface,
         draws: &[&Draw],
+        nearest: Option<&wgpu::TextureView>,
     ) -> Result<Surface, RenderError> {
-        let bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &opaque.depth);
+        let mut bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &opaque.depth);
+        if let Some(nearest) = nearest {
+            bindings = bindings.texture("nearest_depth", nearest);
+        }
         self.draw(frame, scene, draws, &bindings, opaque.size, None)
     }
 

@@ -19,6 +19,8 @@ pub struct Arriving {
     pub direct: Option<DirectLight>,
     /// Light at the clear coats of these surfaces, if any has one.
     pub coat: Option<Box<Arriving>>,
+    /// Direct light at the transparent surfaces behind these.
+    pub second: Option<Box<Arriving>>,
 }
 
 impl Arriving {
@@ -34,6 +36,13 @@ impl Arriving {
             coat.indirect.as_ref().map(DemodulatedIrradiance::coat_bindings),
             coat.ambient_visibility.as_ref().map(AmbientVisibility::coat_bindings),
         ];
-        light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
+        let bindings = light.iter().flatten().fold(bindings, |bindings, more| bindings.with(more));
+        let Some((second, direct)) = self.second.as_ref().and_then(|it| Some((it, it.direct.as_ref()?))) else {
+            return bindings;
+        };
+        bindings
+            .texture("second_depth", &second.surface.depth)
+            .texture("second_unshadowed", &direct.unshadowed)
+            .texture("second_ratios", &direct.ratios)
     }
 }

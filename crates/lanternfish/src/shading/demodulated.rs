@@ -79,7 +79,7 @@ impl DemodulatedLight {
         visibility: Option<&Visibility<'_>>,
         irradiance: &Sums,
     ) -> Result<(), RenderError> {
-        let is_sampled = matches!(direct, DirectFrom::Samples(_));
+        let is_sampled = matches!(direct, DirectFrom::Samples);
         let mut features = self.features[usize::from(is_sampled)].clone();
         features.extend((scene.has_area_lights && !is_sampled).then_some(AREA_LIGHTS));
         features.extend((scene.has_panes() && self.sees_panes && !is_sampled).then_some(PANES));

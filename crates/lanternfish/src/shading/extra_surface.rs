@@ -2,14 +2,14 @@
 //! surface, at the clear coat, or at the other side of a surface that scatters light through.
 //!
 //! Transparent surfaces behind the nearest one use the same light, so at the rim of a vase, where both walls mirror
-//! most, both mirror the same.
+//! most, both mirror the same. Sampled direct light, which differs more, is found for the second one, too.
 
 use lanternfish_gpu::Frame;
 
 use super::Arriving;
 use crate::{
     context::ViewContext,
-    direct_light::Direct,
+    direct_light::{Direct, DirectPasses},
     error::RenderError,
     gpu_scene::{Draw, Lobes},
     indirect::{self, IndirectPasses},
@@ -32,6 +32,8 @@ pub(crate) struct ExtraSurface {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     NearestTransparent,
+    /// Direct light alone.
+    SecondTransparent,
     Coat,
     OtherSide,
 }
@@ -39,6 +41,8 @@ enum Kind {
 #[derive(Debug)]
 struct Passes {
     prepass: Prepass,
+    /// Compiled for the first scene whose direct light is sampled.
+    direct: Option<Box<dyn DirectPasses>>,
     occlusion: Option<Box<dyn OcclusionPasses>>,
     indirect: Option<Box<dyn IndirectPasses>>,
 }
@@ -48,6 +52,11 @@ impl ExtraSurface {
     /// about the mirror direction.
     pub fn nearest_transparent(settings: &Settings, tracer: Option<Tracer>) -> Self {
         Self::new(Kind::NearestTransparent, settings, tracer)
+    }
+
+    /// Transparent surfaces behind the nearest one.
+    pub fn second_transparent(settings: &Settings, tracer: Option<Tracer>) -> Self {
+        Self::new(Kind::SecondTransparent, settings, tracer)
     }
 
     /// Clear coats of opaque surfaces, which mirror with their own normal and roughness.
@@ -62,11 +71,13 @@ impl ExtraSurface {
 
     fn new(kind: Kind, settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = settings.clone().with_history(History::Off);
-        // Direct light of these surfaces samples no emission.
-        settings.direct = Direct::NONE;
+        if kind == Kind::Coat {
+            // Direct light that coats mirror is that of their surface, and samples no emission.
+            settings.direct = Direct::NONE;
+        }
         if let Some(technique) = settings.indirect.technique_mut() {
             match kind {
-                Kind::NearestTransparent => technique.for_transparent(),
+                Kind::NearestTransparent | Kind::SecondTransparent => technique.for_transparent(),
                 Kind::Coat => technique.for_coats(),
                 Kind::OtherSide => technique.for_other_sides(),
             }
@@ -74,34 +85,55 @@ impl ExtraSurface {
         Self { kind, settings, tracer, passes: None }
     }
 
-    /// Computes the light at these surfaces of a view.
-    pub fn record(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<Arriving, RenderError> {
-        let Passes { prepass, occlusion, indirect } = match &mut self.passes {
+    /// Computes the light at these surfaces of a view; nothing if there is none. `is_sampled`: a technique samples
+    /// their direct light. `nearest`: depth of the nearest transparent surface, for the second one.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        is_sampled: bool,
+        nearest: Option<&wgpu::TextureView>,
+    ) -> Result<Option<Arriving>, RenderError> {
+        let is_second = self.kind == Kind::SecondTransparent;
+        let Passes { prepass, direct, occlusion, indirect } = match &mut self.passes {
             Some(passes) => passes,
             none => none.insert(Passes {
                 prepass: match self.kind {
-                    Kind::NearestTransparent => Prepass::of_transparent(),
+                    Kind::NearestTransparent => Prepass::of_transparent(false),
+                    Kind::SecondTransparent => Prepass::of_transparent(true),
                     Kind::Coat => Prepass::of_coats(),
                     Kind::OtherSide => Prepass::of_other_sides(),
                 },
+                direct: None,
                 // Rays of indirect light may reach the environment themselves.
-                occlusion: match self.settings.indirect.sees_environment() {
+                occlusion: match self.settings.indirect.sees_environment() || is_second {
                     false => occlusion::passes(frame.device, &self.settings)?,
                     true => None,
                 },
-                indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
+                indirect: match is_second {
+                    false => indirect::passes(frame.device, &self.settings, self.tracer)?,
+                    true => None,
+                },
             }),
         };
+        if !is_sampled && occlusion.is_none() && indirect.is_none() {
+            return Ok(None);
+        }
         let ViewContext { scene, buffer, draws, center_surface, .. } = view;
         let opaque = |is_drawn: fn(&Draw) -> bool| draws.solid.iter().copied().filter(|draw| is_drawn(draw)).collect();
         let drawn: Vec<&Draw> = match self.kind {
-            Kind::NearestTransparent => draws.transparent.clone(),
+            Kind::NearestTransparent | Kind::SecondTransparent => draws.transparent.clone(),
             Kind::Coat => opaque(|draw| draw.lobes == Lobes::Coated),
             Kind::OtherSide => opaque(|draw| draw.scatters_from_behind),
         };
-        let surface = prepass.record_some(frame, scene, buffer, center_surface, &drawn)?;
+        let surface = prepass.record_some(frame, scene, buffer, center_surface, &drawn, nearest)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
-        Ok(Arriving { surface, ambient_visibility, indirect, direct: None, coat: None })
+        if let (true, None, Some(technique)) = (is_sampled, &direct, self.settings.direct.technique()) {
+            *direct = Some(technique.build(frame.device, &self.settings, self.tracer)?);
+        }
+        let direct = direct.as_mut().filter(|_| is_sampled);
+        let direct = direct.map(|passes| passes.record(frame, view, &surface)).transpose()?;
+        Ok(Some(Arriving { surface, ambient_visibility, indirect, direct, coat: None, second: None }))
     }
 }

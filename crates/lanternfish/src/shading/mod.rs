@@ -10,11 +10,11 @@ mod tests;
 mod visibility_ratios;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Bindings, BufferPart, Feature, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame};
 
 use crate::{
     context::ViewContext,
-    direct_light::{self, SAMPLED_LIGHTS, SHADOW_RAYS},
+    direct_light::{SAMPLED_LIGHTS, SHADOW_RAYS},
     error::RenderError,
     gpu_scene::{Draw, Faces, ImageBehind, LAYERED, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
@@ -89,15 +89,15 @@ struct LitPasses {
 pub(crate) enum DirectFrom<'a> {
     /// The lights in these lists.
     Lists(&'a LightLists),
-    /// Samples; transparent surfaces draw their own, with these parameters.
-    Samples(&'a BufferPart),
+    /// Samples: in the layers of the light that arrives.
+    Samples,
 }
 
 impl DirectFrom<'_> {
     fn bindings(&self) -> Bindings<'_> {
         match self {
             Self::Lists(lists) => lists.bindings(),
-            Self::Samples(parameters) => Bindings::new().part("direct_sampling", parameters),
+            Self::Samples => Bindings::new(),
         }
     }
 }
@@ -166,11 +166,8 @@ impl Forward {
                 let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
                 let raster = raster.with_layers();
                 let raster = if is_sampled { raster } else { raster.lit_by_areas() };
-                let sees_panes = match is_opaque {
-                    true => !is_sampled && tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer)),
-                    false => tracer.is_some(),
-                };
-                if sees_panes { raster.lit_through_panes() } else { raster }
+                let sees_panes = tracer.is_some_and(|tracer| !is_opaque || shadows::sees_panes(settings, tracer));
+                if sees_panes && !is_sampled { raster.lit_through_panes() } else { raster }
             };
             LitPasses {
                 opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),
@@ -206,7 +203,7 @@ impl Forward {
     ) -> Result<(), RenderError> {
         let opaque = match direct {
             DirectFrom::Lists(_) => &mut self.listed.opaque,
-            DirectFrom::Samples(_) => &mut self.sampled.opaque,
+            DirectFrom::Samples => &mut self.sampled.opaque,
         };
         opaque.prepare(frame.device, scene, &draws.solid)?;
         let arriving_bindings = arriving.bindings();
@@ -234,8 +231,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Adds the light from behind these opaque draws, with shadows of their own. `arriving` is the light at their other
-    /// sides.
+    /// Adds the light from behind these opaque draws, with shadows of their own if it is not sampled. `arriving` is the
+    /// light at their other sides.
     pub fn record_from_behind(
         &mut self,
         frame: &mut Frame<'_>,
@@ -247,7 +244,7 @@ impl Forward {
     ) -> Result<(), RenderError> {
         let passes = match direct {
             DirectFrom::Lists(_) => &mut self.listed,
-            DirectFrom::Samples(_) => &mut self.sampled,
+            DirectFrom::Samples => &mut self.sampled,
         };
         passes.from_behind.prepare(frame.device, scene, draws)?;
         let direct_bindings = direct.bindings();
@@ -261,8 +258,8 @@ impl Forward {
         Ok(())
     }
 
-    /// Blends the transparent surfaces over the image, each with its own direct light and shadows. `arriving` is the
-    /// light at the nearest of them.
+    /// Blends the transparent surfaces over the image, each with its own direct light and shadows if it is not sampled.
+    /// `arriving` is the light at the nearest of them.
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
@@ -278,7 +275,7 @@ impl Forward {
         let seen = self.refraction.record(frame, view)?;
         let transparent = match direct {
             DirectFrom::Lists(_) => &mut self.listed.transparent,
-            DirectFrom::Samples(_) => &mut self.sampled.transparent,
+            DirectFrom::Samples => &mut self.sampled.transparent,
         };
         transparent.prepare(frame.device, scene, &draws.transparent)?;
         let direct_bindings = direct.bindings();
@@ -326,7 +323,6 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>, is_sampled: 
     if is_sampled {
         opaque.push(SAMPLED_LIGHTS);
         transparent.push(SAMPLED_LIGHTS);
-        transparent.extend(direct_light::sampled::features(settings, tracer));
         return [opaque, transparent];
     }
     let culling = LightCulling::feature(&settings.culling);

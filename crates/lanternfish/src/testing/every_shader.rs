@@ -78,8 +78,7 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                 lights.iter().flat_map(|lights| panes.iter().map(move |panes| [*lights, *panes].concat())).collect()
             };
             let lit_opaque = lit(if sees_panes { both } else { no_panes });
-            let own_rays = if tracer.is_some() { both } else { no_panes };
-            let lit_by_own_rays = lit(own_rays);
+            let lit_by_own_rays = lit(if tracer.is_some() { both } else { no_panes });
             for lights in &lit_opaque {
                 let features = [&shading::demodulated_features(settings, tracer, false)[..], lights].concat();
                 requested.entry("shading/demodulated").or_default().insert(features);
@@ -92,16 +91,12 @@ fn requested_by(all_settings: &[Settings]) -> BTreeMap<&'static str, BTreeSet<Ve
                 (&[&[][..], &[MASKED], &[LAYERED], &[MASKED, LAYERED]][..], &[&[][..], &[LAYERED]][..]);
             let from_behind = |transparent: &Vec<Feature>| [&transparent[..], &[FROM_BEHIND]].concat();
             let [behind, behind_sampled] = [&transparent, &transparent_sampled].map(from_behind);
-            for (features, draws, panes) in [
-                (opaque_sampled, solid, no_panes),
-                (transparent_sampled, blended, own_rays),
-                (behind_sampled, blended, own_rays),
-            ] {
+            for (features, draws) in
+                [(opaque_sampled, solid), (transparent_sampled, blended), (behind_sampled, blended)]
+            {
                 for draw in draws {
-                    for panes in panes {
-                        let added = TEXTURES.iter().map(|textures| [&features[..], draw, *panes, textures].concat());
-                        requested.entry("shading/forward").or_default().extend(added);
-                    }
+                    let added = TEXTURES.iter().map(|textures| [&features[..], draw, textures].concat());
+                    requested.entry("shading/forward").or_default().extend(added);
                 }
             }
             for (features, draws, lit) in [

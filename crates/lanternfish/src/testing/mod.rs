@@ -137,7 +137,6 @@ pub fn evaluate_points(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[
 fn technique_features(module: &str) -> Vec<Feature> {
     match module {
         "testing/pixels" => vec![crate::light_culling::tiled::CULLING_TILED],
-        "testing/light_samples" => vec![crate::direct_light::sampled::TILES],
         "testing/roulette" | "testing/segments" => Tracer::BVH.features(&Structure::NONE, true),
         _ => Vec::new(),
     }

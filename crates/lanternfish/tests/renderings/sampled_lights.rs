@@ -120,7 +120,7 @@ fn expect_energy_of_all(gpu: &Gpu, name: &str, scene: &Scene, settings: Settings
     assert!((ratio - 1.0).abs() < 0.01, "{name}: {ratio}");
 }
 
-/// Behind a pane, too, whose pixels are lit by another shader.
+/// Behind a pane, too, which has its own layers.
 #[gpu_test]
 fn gpu_sampled_light_has_the_energy_of_all_lights(gpu: &Gpu) {
     let scene = cornell(30, point);
@@ -277,6 +277,33 @@ fn behind_a_pane(mut scene: Scene) -> Scene {
     let pane = quad(scene.materials.len() - 1, Vec3::new(0.0, 1.0, 0.9), 0.8 * Vec3::X, 0.8 * Vec3::Y);
     scene.meshes[0].primitives.push(pane);
     scene
+}
+
+/// A lamp lights the second pane, and the first one hardly: each takes its own light.
+#[gpu_test]
+fn gpu_a_pane_behind_another_has_its_own_light(gpu: &Gpu) {
+    let lamp = |_, _| Light::point(Vec3::new(0.2, 1.0, 0.3), Vec3::splat(2.0));
+    let mut scene = behind_a_pane(cornell(1, lamp));
+    let curtain = quad(scene.materials.len() - 1, Vec3::new(0.0, 1.0, 0.0), 0.6 * Vec3::X, 0.6 * Vec3::Y);
+    scene.meshes[0].primitives.push(curtain);
+    let settings = Settings::direct_light().with_direct(SampledLights::default());
+    let mut renderer = Renderer::with_engine(&Engine::new(&gpu.device, &gpu.queue), settings.clone()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let view = [ViewRequest::of_camera(0, &scene.cameras[0], [EDGE, EDGE], Target::Own)];
+    let first = linear(&renderer.render(&uploaded, &scene.cameras[0], [EDGE, EDGE]).unwrap());
+    let all = linear(&render(gpu, &scene, &scene.cameras[0], SIZE, settings.with_direct(Direct::NONE)));
+    let off = |image: &RgbImage| {
+        let sum = |of: &dyn Fn(usize) -> f32| -> f32 { (0..(EDGE * EDGE) as usize).map(of).sum() };
+        sum(&|at| (image.pixels[at][1] - all.pixels[at][1]).abs()) / sum(&|at| all.pixels[at][1])
+    };
+    let own = off(&first);
+    let [text, by] = [">= abs(depth", ">= 0.0 * abs(depth"];
+    let source = include_str!("../../src/direct_light/layers.wesl");
+    assert!(source.contains(text));
+    let texts = BTreeMap::from([("direct_light/layers".to_owned(), source.replace(text, by))]);
+    renderer.edit_shaders(texts, &uploaded, &view).unwrap();
+    let nearest = off(&linear(&renderer.render(&uploaded, &scene.cameras[0], [EDGE, EDGE]).unwrap()));
+    assert!(own < 0.03 && nearest > 0.1, "{own} of the light is off, with that of the nearest pane {nearest}");
 }
 
 /// Emissive triangles without indirect light: the path tracer's direct light.

@@ -10,7 +10,7 @@ mod filters;
 mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{BufferPart, Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
 use self::filters::{Filters, RatioFilter, ratios_target};
@@ -29,8 +29,6 @@ use crate::{
     texture::size_of_view,
 };
 
-/// Tiles of pixels list their emitters together.
-pub(crate) const TILES: Feature = Feature::new("tiles");
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
 /// Pixels remember which emitters they saw.
@@ -160,8 +158,8 @@ fn samples_emission(settings: &Settings) -> bool {
     !settings.indirect.brings_emission()
 }
 
-/// Features of the passes that sample lights, for transparent surfaces too.
-pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
+/// Features of the pass that samples lights.
+fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
     let mut features: Vec<Feature> = samples_emission(settings).then_some(EMISSION).into_iter().collect();
     if let Some(tracer) = tracer {
         features.push(SHADOW_RAYS);
@@ -174,8 +172,7 @@ fn variants() -> Vec<Vec<Feature>> {
     let rays = rays::exact_in_scenes().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
     let memories: [&[Feature]; 3] = [&[], &[REMEMBERED], &[REMEMBERED, REPROJECTED]];
-    let memories =
-        memories.iter().flat_map(|memory| [vec![TILES], vec![TILES, EMISSION]].map(|of| [&of, *memory].concat()));
+    let memories = memories.iter().flat_map(|memory| [memory.to_vec(), [&[EMISSION], *memory].concat()]);
     memories.flat_map(|of| shadows.iter().map(move |shadows| [&of[..], shadows].concat()).collect::<Vec<_>>()).collect()
 }
 
@@ -205,7 +202,7 @@ impl SampledPasses {
     ) -> Result<Self, RenderError> {
         let is_filtered = technique.denoise == Denoise::On;
         let has_history = settings.history == History::On;
-        let mut features = [&[TILES], &features(settings, tracer)[..]].concat();
+        let mut features = features(settings, tracer);
         features.extend(settings.shares_emission().map(|_| EMISSION));
         features.extend(is_filtered.then_some(REMEMBERED));
         features.extend((is_filtered && has_history).then_some(REPROJECTED));
@@ -252,10 +249,6 @@ impl DirectPasses for SampledPasses {
 
     fn lights_in_reach(&self) -> Option<f32> {
         self.counted.filter(|_| self.least_in_reach.is_some()).map(|(_, in_reach)| in_reach)
-    }
-
-    fn parameters(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> BufferPart {
-        frame.uniform(&self.samples(view))
     }
 
     fn record(

@@ -20,12 +20,10 @@ use crate::{
     view::View,
 };
 
-use super::super::{DirectSampling, EMISSION, SampledLights, TILES};
+use super::super::{DirectSampling, EMISSION, SampledLights};
 
 const PIXELS: usize = 64;
 const PROBE: &str = "testing/light_samples";
-/// The entry point for surfaces that are of no tile.
-const OWN: &str = "own_candidates";
 
 /// A surface that receives light.
 #[derive(Clone, Copy, Debug)]
@@ -119,9 +117,8 @@ impl<'a> Kernels<'a> {
     fn of(&mut self, entry: &'static str, has_emission: bool) -> &ComputeKernel {
         let (gpu, library) = (self.gpu, &self.library);
         let compile = || {
-            let features = [(entry != OWN).then_some(TILES), has_emission.then_some(EMISSION)];
-            let features: Vec<Feature> = features.into_iter().flatten().collect();
-            probe_of(library, gpu, PROBE, &features, entry)
+            let features: &[Feature] = if has_emission { &[EMISSION] } else { &[] };
+            probe_of(library, gpu, PROBE, features, entry)
         };
         self.compiled.entry((entry, has_emission)).or_insert_with(compile)
     }
@@ -131,7 +128,6 @@ impl<'a> Kernels<'a> {
 struct Drawn {
     scene: GpuScene,
     has_lamps: bool,
-    has_tiles: bool,
     rays: u32,
 }
 
@@ -141,7 +137,7 @@ impl Drawn {
         let settings = Settings::direct_light().with_direct(direct).with_shadows(Shadows::None);
         let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let has_lamps = scene.materials.len() > 1;
-        Self { scene: renderer.upload(scene).unwrap(), has_lamps, has_tiles: true, rays }
+        Self { scene: renderer.upload(scene).unwrap(), has_lamps, rays }
     }
 
     fn samples(&self, frame: u32) -> DirectSampling {
@@ -214,8 +210,7 @@ impl Drawn {
         let chances = self.buffer(kernels.gpu, "found_chances", 4 * count);
         let outputs = [("found_counts", &counts), ("found_chances", &chances)];
         let groups = [tiles, (surfaces().len() / PIXELS) as u32, 1];
-        let entry = if self.has_tiles { "tiles_candidates" } else { OWN };
-        self.run(kernels, entry, &outputs, groups, frames);
+        self.run(kernels, "tiles_candidates", &outputs, groups, frames);
         let counts: Vec<u32> = read_back(&kernels.gpu.device, &kernels.gpu.queue, &counts, count).unwrap();
         let chances: Vec<f32> = read_back(&kernels.gpu.device, &kernels.gpu.queue, &chances, count).unwrap();
         counts.into_iter().zip(chances).collect()
@@ -279,26 +274,18 @@ type Case = (usize, usize, bool, u32, u32);
 fn check_draws(gpu: &Gpu, cases: &[Case]) {
     let mut kernels = Kernels::new(gpu, library());
     for &(count, sun_count, has_lamps, rays, tiles) in cases {
-        let mut drawn = Drawn::new(gpu, &scene(lights(count, sun_count), has_lamps), rays);
-        for has_tiles in [true, false] {
-            // The combination would compile further shaders.
-            if !has_tiles && has_lamps {
-                continue;
-            }
-            drawn.has_tiles = has_tiles;
-            let name = format!("{count} lights, {sun_count} suns, lamps {has_lamps}, tiles {has_tiles}");
-            let worths = drawn.worths(&mut kernels);
-            // A pixel over many frames, and many pixels.
-            for (tiles, frames) in [(1, 4 * tiles), (tiles, 16)] {
-                let (found, trials) = (drawn.found(&mut kernels, tiles, frames), f64::from(tiles * frames));
-                let is_whole = has_tiles && count <= 32;
-                let fault = |found: &[(u32, f32)]| fault(&worths, found, drawn.emitters(), trials, is_whole);
-                fault(&found).unwrap_or_else(|what| panic!("{name}: {what}"));
-                // The check can fail: chances that are stated a tenth too high, and draws that are a tenth too many.
-                let stated: Vec<_> = found.iter().map(|(count, chance)| (*count, 1.1 * chance)).collect();
-                let more: Vec<_> = found.iter().map(|(count, chance)| (count + count / 10, *chance)).collect();
-                assert!(trials < 1000.0 || (fault(&stated).is_err() && fault(&more).is_err()), "{name}");
-            }
+        let drawn = Drawn::new(gpu, &scene(lights(count, sun_count), has_lamps), rays);
+        let name = format!("{count} lights, {sun_count} suns, lamps {has_lamps}");
+        let worths = drawn.worths(&mut kernels);
+        // A pixel over many frames, and many pixels.
+        for (tiles, frames) in [(1, 4 * tiles), (tiles, 16)] {
+            let (found, trials) = (drawn.found(&mut kernels, tiles, frames), f64::from(tiles * frames));
+            let fault = |found: &[(u32, f32)]| fault(&worths, found, drawn.emitters(), trials, count <= 32);
+            fault(&found).unwrap_or_else(|what| panic!("{name}: {what}"));
+            // The check can fail: chances that are stated a tenth too high, and draws that are a tenth too many.
+            let stated: Vec<_> = found.iter().map(|(count, chance)| (*count, 1.1 * chance)).collect();
+            let more: Vec<_> = found.iter().map(|(count, chance)| (count + count / 10, *chance)).collect();
+            assert!(trials < 1000.0 || (fault(&stated).is_err() && fault(&more).is_err()), "{name}");
         }
     }
 }

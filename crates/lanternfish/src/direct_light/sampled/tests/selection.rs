@@ -5,7 +5,7 @@ use lanternfish_gpu::{
     Bindings, Frame, Gpu, Profiler, ShaderLibrary, read_back, storage_buffer, storage_buffer_of, testing,
 };
 
-use super::super::{DirectSampling, TILES};
+use super::super::DirectSampling;
 use crate::testing::{Random, edited_library, library, probe_of};
 
 /// Candidates, and vectors of a query and of an answer of the probe.
@@ -40,7 +40,7 @@ fn fault(gpu: &Gpu, library: &ShaderLibrary) -> Result<(), String> {
     let queries = storage_buffer_of(&gpu.device, "queries", &words, wgpu::BufferUsages::empty()).unwrap();
     let count = words.len() / QUERY;
     let answers = storage_buffer(&gpu.device, "answers", (16 * ANSWER * count) as u64).unwrap();
-    let kernel = probe_of(library, gpu, "testing/light_samples", &[TILES], "selected");
+    let kernel = probe_of(library, gpu, "testing/light_samples", &[], "selected");
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let sampling = frame.uniform(&DirectSampling { light_samples: RAYS, ..DirectSampling::default() });
