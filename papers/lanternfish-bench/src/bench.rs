@@ -26,6 +26,7 @@ use lanternfish_scene::Scene;
 use crate::{
     case::changed,
     document::{Document, LeftOut},
+    stage::{Left, Stage},
     table::Row,
     view::View,
 };
@@ -56,6 +57,9 @@ fn fault(text: &str) -> Result<(String, String), String> {
     Ok((row.to_owned(), changes.to_owned()))
 }
 
+/// What takes longer the first time is not repeated.
+pub const LONG: Duration = Duration::from_secs(4);
+
 /// A running benchmark.
 pub struct Bench {
     pub folder: PathBuf,
@@ -71,6 +75,7 @@ pub struct Bench {
     progress: RefCell<Progress>,
     report: RefCell<Document>,
     left_out: RefCell<Vec<LeftOut>>,
+    left: Left,
 }
 
 /// Frames of one configuration.
@@ -81,24 +86,6 @@ pub struct TimedFrames {
     pub first: Vec<PassTime>,
     /// Passes of every timed frame.
     pub runs: Vec<Vec<PassTime>>,
-}
-
-/// A renderer with its scene on the device.
-pub struct Stage {
-    pub renderer: Renderer,
-    pub scene: GpuScene,
-}
-
-impl Stage {
-    /// Renders a frame of the view.
-    pub fn frame(&mut self, view: &View) -> Result<RenderedImage, RenderError> {
-        self.renderer.render(&self.scene, &view.camera, [view.size.width, view.size.height])
-    }
-
-    /// Updates the scene on the device.
-    pub fn update(&mut self, scene: &Scene) -> Result<(), RenderError> {
-        self.renderer.update(&mut self.scene, scene)
-    }
 }
 
 impl Bench {
@@ -120,11 +107,11 @@ impl Bench {
             Some(scene) => Document::of_scene(title, scene, &gpu, args.runs),
             None => Document::new(title, &gpu, args.runs),
         };
-        let (progress, report, left_out) = (progress.into(), report.into(), RefCell::default());
+        let (progress, report, left_out, left) = (progress.into(), report.into(), RefCell::default(), Left::default());
         let deadline = args.seconds.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds.max(0.0)));
         let longest = Cell::default();
         let (runs, fault) = (args.runs, args.fault.clone());
-        Ok(Self { folder, gpu, engine, runs, fault, deadline, longest, progress, report, left_out })
+        Ok(Self { folder, gpu, engine, runs, fault, deadline, longest, progress, report, left_out, left })
     }
 
     /// Fails if the adapter has no timestamps.
@@ -236,21 +223,21 @@ impl Bench {
         Renderer::with_engine(&self.engine, settings.clone())
     }
 
+    /// The scene on the device, for these settings.
+    pub fn upload(&self, scene: &Scene, settings: &Settings) -> Result<GpuScene, RenderError> {
+        self.renderer(&settings.for_scene(scene))?.upload(scene)
+    }
+
     /// A renderer with these settings and the scene.
     pub fn stage(&self, scene: &Scene, settings: &Settings) -> Result<Stage, RenderError> {
-        Self::stage_of(self.renderer(&settings.for_scene(scene))?, scene)
+        Stage::new(self.renderer(&settings.for_scene(scene))?, scene, &self.left)
     }
 
     /// As [`Self::stage`], with texts that replace those of the library's shaders.
     pub fn edited_stage(&self, scene: &Scene, settings: &Settings, texts: ShaderTexts) -> Result<Stage, RenderError> {
         let engine = Engine::new(&self.gpu.device, &self.gpu.queue);
         shaders::edit(&engine, texts);
-        Self::stage_of(Renderer::with_engine(&engine, settings.for_scene(scene))?, scene)
-    }
-
-    fn stage_of(renderer: Renderer, scene: &Scene) -> Result<Stage, RenderError> {
-        let scene = renderer.upload(scene)?;
-        Ok(Stage { renderer, scene })
+        Stage::new(Renderer::with_engine(&engine, settings.for_scene(scene))?, scene, &self.left)
     }
 
     /// The first frame of a view: with a new history, or the mean of `settings.image.accumulate` frames.

@@ -22,8 +22,9 @@ use lanternfish_metrics::{PIXELS_PER_DEGREE, flip_ldr};
 use lanternfish_papers::normals::{naive_normals, shown_normals_from_depth};
 
 use crate::{
-    bench::{Bench, RunArgs, Stage, identical},
+    bench::{Bench, RunArgs, identical},
     case::{Case, changed},
+    stage::Stage,
     table::{DASH, Row, decimal},
     view::{SubjectArgs, View},
 };

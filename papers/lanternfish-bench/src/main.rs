@@ -18,6 +18,7 @@ mod papers;
 mod photons;
 mod quality;
 mod reference;
+mod stage;
 mod stored;
 #[cfg(test)]
 mod testing;

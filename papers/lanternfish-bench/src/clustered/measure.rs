@@ -1,6 +1,6 @@
 //! Renders every configuration, and collects counts and times.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, time::Instant};
 
 use lanternfish::{
     GpuScene, RenderError, RenderedImage, Renderer,
@@ -15,7 +15,10 @@ use super::{
     cases::{BRUTE_FORCE_TESTS, Views, settings},
     steps::Steps,
 };
-use crate::{bench::Bench, table::Row};
+use crate::{
+    bench::{Bench, LONG},
+    table::Row,
+};
 
 /// Deterministic counts: equal in every run, and on every adapter that draws the same pixels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -43,7 +46,7 @@ pub struct Measured {
     pub views: Views,
     pub assignment: String,
     pub counts: Counts,
-    /// Median time of each step over the runs, ms.
+    /// Median time of each step over the runs, ms; of the first frame if it takes more than [`LONG`].
     pub ms: Steps,
     /// Number of pixels that are not bit-identical to those of the first configuration with the same numbers of lights
     /// and views.
@@ -154,12 +157,15 @@ impl ClusterBench<'_> {
             Views::StereoIndividual | Views::StereoEnclosed => &self.stereo,
             Views::UnalignedIndividual | Views::UnalignedEnclosed => &self.unaligned,
         };
+        let started = Instant::now();
         let images = renderer.render_views(&lit.scene, cameras)?;
+        let is_long = started.elapsed() > LONG;
         let counts = counts(&images, &renderer.cluster_contents()?);
-        let ms = Timed::each(self.bench.runs, || {
-            let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
-            Ok::<_, RenderError>(Steps::of(passes).0)
-        })?;
+        let steps = |images: &[RenderedImage]| Ok::<_, RenderError>(Steps::of(&images[0].report.passes).0);
+        let ms = match is_long {
+            true => Timed::each(1, || steps(&images)),
+            false => Timed::each(self.bench.runs, || steps(&renderer.render_views(&lit.scene, cameras)?)),
+        }?;
         let place = cameras[0].0.eye().to_array().map(f32::to_bits);
         let firsts = firsts.entry((lit.lights, place)).or_insert_with(|| images.clone());
         let differing_pixels = images.iter().zip(firsts).map(|(image, first)| differing(first, image)).sum();

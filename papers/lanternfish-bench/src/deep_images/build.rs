@@ -1,6 +1,6 @@
 //! Builds deep images and times the build steps.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use lanternfish::{GpuScene, settings::Settings};
 use lanternfish_cli::{error::CliError, times::ms_of};
@@ -11,7 +11,10 @@ use lanternfish_papers::{
 };
 
 use super::cases::in_words;
-use crate::{bench::Bench, table::Row};
+use crate::{
+    bench::{Bench, LONG},
+    table::Row,
+};
 
 /// Keys and names of the steps.
 const STEPS: [(&str, &str); 6] = [
@@ -22,12 +25,9 @@ const STEPS: [(&str, &str); 6] = [
     ("sort_ms", "sort"),
     ("compact_ms", "compact"),
 ];
-/// A build that takes longer is not repeated.
-const LONG: Duration = Duration::from_secs(10);
-
 /// Builds images once to warm up and then `runs` times, and returns the times of the fastest of those runs and the last images.
 ///
-/// A first build longer than 10 s is not repeated, and its times are returned. They are also returned if `runs` is 0. They include
+/// A first build longer than [`LONG`] is not repeated, and its times are returned. They are also returned if `runs` is 0. They include
 /// pipeline compilation.
 pub fn build(
     bench: &Bench,

@@ -112,7 +112,7 @@ impl DeepBench {
         let bench = Rc::clone(&self.bench);
         bench.step(TABLE, &format!("{words}, {directions} directions of {}²", set.resolution), || {
             let settings = Settings::direct_light().with_shadows(Shadows::BVH);
-            let uploaded = self.bench.stage(scene, &settings)?.scene;
+            let uploaded = self.bench.upload(scene, &settings)?;
             let (built, images) = build(&self.bench, &mut self.profiler, &uploaded, 0, words, set)?;
             let known = rays::from_surfaces(scene, &super::exact(scene)?, &images, count);
             let rays: Vec<TracedRay> = known.iter().filter_map(halfway).collect();

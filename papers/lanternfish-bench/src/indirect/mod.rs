@@ -44,9 +44,8 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let title = "Indirect light by rays";
     let bench = Bench::start(&args.run, "indirect", title, Some(&args.subject.scene))?.with_timestamps()?;
     let (view, _) = View::load(&args.subject, false, &bench)?;
-    let upload = |brdf: &Brdf| {
-        Ok(bench.stage(&brdf.scene(&view.scene), &RayCase::plain(*brdf).settings(&view.look, None))?.scene)
-    };
+    let upload =
+        |brdf: &Brdf| Ok(bench.upload(&brdf.scene(&view.scene), &RayCase::plain(*brdf).settings(&view.look, None))?);
     let scenes =
         bench.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, CliError>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };

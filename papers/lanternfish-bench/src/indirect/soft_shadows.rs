@@ -54,7 +54,7 @@ impl RayBench {
             .with_light_radius(LIGHT_RADIUS * view.scene.bounds().size().length())
             .with_materials(Brdf::Diffuse.materials());
         // Lights are uploaded with their radius.
-        let scene = bench.stage(&view.scene, &look)?.scene;
+        let scene = bench.upload(&view.scene, &look)?;
         let unshadowed = linear(&bench.first_frame(view, &changed(&look, "shadows none"))?)?;
         let many = bench.step("soft", "Soft shadows, many rays", || bench.mean(view, &look, self.converged_frames))?;
         let many = bench.write_linear("soft-many-rays", &linear(&many)?, &view.look)?;

@@ -52,7 +52,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         all.extend(PHOTONS.map(|changes| Case::one_bounce(look, &format!("photon-splatting, {changes}"))));
         let ours = papers_images(PAPERS_RESOLUTION);
         all.push(Case::new(PAPER, papers(look).with_structure(plain(ours))));
-        all.push(Case::new(format!("{PAPER}, our deep images"), papers(look).with_structure(ours)));
+        all.push(Case::new("our deep images, else the same", papers(look).with_structure(ours)));
     }
     all
 }
