@@ -4,19 +4,18 @@
 use std::{cell::OnceCell, cmp::Ordering};
 
 use clap::Args;
-use lanternfish::{RenderedImage, settings::Settings};
+use lanternfish::RenderedImage;
 use lanternfish_cli::{
     error::CliError,
     images::{energy, energy_of},
 };
-use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Light, LightKind, Scene};
 
 use crate::{
     bench::{Bench, RunArgs, TimedFrames, is_requested},
     case::{Case, changed},
     ground_truths::{self, GroundTruth, GroundTruthFigures},
-    reference::{IndirectErrors, Reference, flip},
+    reference::{IndirectErrors, Reference},
     table::Row,
     view::{SubjectArgs, View},
 };
@@ -58,8 +57,6 @@ pub struct Lit {
     pub view: View,
     /// The path tracer's image with one bounce.
     reference: Reference,
-    /// The path tracer's image without indirect light.
-    direct_reference: RgbImage,
     /// Energy of the renderer's own image without indirect light.
     pub direct_energy: f64,
 }
@@ -85,7 +82,7 @@ impl Lit {
         let hint = "add lights, e.g. --lights rain:10, or choose another view";
         let reference = Reference::new(one_bounce.mean, energy_of(&direct.mean), hint)?;
         let direct_energy = energy(&bench.first_frame(&view, &changed(&view.look, "indirect none"))?);
-        Ok((Self { view, reference, direct_reference: direct.mean, direct_energy }, one_bounce.figures))
+        Ok((Self { view, reference, direct_energy }, one_bounce.figures))
     }
 
     fn errors(&self, image: &RenderedImage) -> Result<IndirectErrors, CliError> {
@@ -138,11 +135,6 @@ impl OneBounce {
         Ok(self.of_one_light.get().expect("just set"))
     }
 
-    /// Settings without indirect light.
-    fn without(&self) -> Settings {
-        changed(&self.lit.view.look, "indirect none")
-    }
-
     /// Renders a configuration of the table, compares its image, and writes it to the folder.
     pub fn row(&self, case: &Case) -> Result<(TimedFrames, IndirectErrors), CliError> {
         let lit = self.lit(case)?;
@@ -150,23 +142,6 @@ impl OneBounce {
         self.bench.write(&case.name, &timed.image)?;
         let errors = lit.errors(&timed.image)?;
         Ok((timed, errors))
-    }
-
-    /// Renders the mean of `frames` frames, writes it to the folder, and compares it. Its direct light is that of
-    /// `direct`, a mean of as many frames without indirect light, because edges and highlights of a mean differ from
-    /// those of one frame.
-    pub fn mean_row(&self, case: &Case, frames: u32, direct: &RenderedImage) -> Result<IndirectErrors, CliError> {
-        let mean = self.bench.mean(&self.lit.view, &case.settings, frames)?;
-        self.bench.write(&format!("{}, {frames} frames", case.name), &mean)?;
-        Ok(self.lit.reference.errors(&mean, energy(direct))?)
-    }
-
-    /// The mean of `frames` frames without indirect light, and its HDR-FLIP against the path tracer's direct light.
-    /// That is the error of a mean with exact indirect light.
-    pub fn direct_mean(&self, frames: u32) -> Result<(RenderedImage, f64), CliError> {
-        let mean = self.bench.mean(&self.lit.view, &self.without(), frames)?;
-        let flip = flip(&mean, &self.lit.direct_reference)?;
-        Ok((mean, flip))
     }
 }
 

@@ -68,17 +68,9 @@ pub fn plain(images: DeepImageSettings) -> DeepImageSettings {
     DeepImageSettings { store: DeepStore::SortedLinkedList, merge_texels: 0.0, tests_triangles: false, ..images }
 }
 
-/// Configurations whose means of frames are measured; without the one with 16,384 photons if `quick`.
-pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
-    let mut names =
-        vec!["sampled", "virtual-lights", "photon-splatting", "photon-splatting, photon-tracer within-texel"];
-    names.extend((!quick).then_some("photon-splatting, photon-count 16384"));
-    names.into_iter().map(|name| Case::one_bounce(look, name)).collect()
-}
-
 #[test]
 fn all_names_are_settings() {
     lanternfish_papers::register();
     let look = Settings::direct_light();
-    assert_eq!((cases(&look, true).len(), cases(&look, false).len(), converging(&look, true).len()), (7, 24, 4));
+    assert_eq!((cases(&look, true).len(), cases(&look, false).len()), (7, 24));
 }

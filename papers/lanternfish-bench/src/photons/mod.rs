@@ -12,7 +12,7 @@ use lanternfish_cli::{
 };
 use lanternfish_gpu::PassTime;
 
-use self::cases::{PAPER, cases, converging};
+use self::cases::{PAPER, cases};
 use crate::{
     bench::TimedFrames,
     case::Case,
@@ -50,33 +50,15 @@ fn times(passes: &[PassTime]) -> [f64; 5] {
 /// Measures and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let of = OneBounce::start(args, "photons", "Photons")?;
-    let (bench, look) = (&of.bench, &of.lit.view.look);
-    let rows = one_bounce::rows(&of, &args.requested(cases(look, args.quick)), |case, timed| Ok(row(case, timed)))?;
-    let named = |cases: Vec<Case>, table: &str| -> Vec<Case> {
-        cases.into_iter().filter(|case| args.requests(&format!("{}, {table}", case.name))).collect()
-    };
-    let (mut means, converging) = (Vec::new(), named(converging(look, args.quick), "frames"));
-    let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
-    for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
-        let (direct, direct_flip) = bench.step("mean", "direct light", || of.direct_mean(frames))?;
-        means.extend(bench.rows(
-            "mean",
-            &converging,
-            |case| case.name.clone(),
-            |case| {
-                let errors = of.mean_row(case, frames, &direct)?.row("indirect_energy");
-                let row = Row::default().text("name", "", &case.name).number("frames", "frames", frames);
-                Ok::<_, CliError>(row.and(errors).fixed("direct_flip", "direct light", 4, direct_flip))
-            },
-        )?);
-    }
+    let bench = &of.bench;
+    let rows = one_bounce::rows(&of, &args.requested(cases(&of.lit.view.look, args.quick)), |case, timed| {
+        Ok(row(case, timed))
+    })?;
     let has_occlusion = !args.quick && args.requests("occlusion");
     let occlusion = if has_occlusion { occlusion::rows(&of, args.spp)? } else { Vec::new() };
     // His alone say nothing.
     let is_beside = has_occlusion || rows.iter().any(|row| row.words_of("name") == PAPER);
     bench.section("Techniques of indirect light", TEXT, "rows", rows);
-    let text = "*Direct light*: FLIP of as many frames without indirect light against the path tracer's direct light.";
-    bench.section("Means of frames", text, "means", means);
     let title = "Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)";
     bench.section(title, occlusion::TEXT, "occlusion", occlusion);
     if is_beside {

@@ -49,20 +49,15 @@ fn gpu_no_indirect_light_has_no_energy() {
     }
 }
 
-/// Means of frames are measured.
 #[test]
 #[ignore = "full"]
 fn gpu_photons_are_compared_with_the_ground_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let (report, said) = measured(folder.path(), "photons walk.toml --size 48x36 --spp 32");
+    let (report, _) = measured(folder.path(), "photons walk.toml --size 48x36 --spp 32");
     // The image is small and has few samples: the ground truth has an error of a few percent.
     check_errors(&report, "photon-splatting", 0.15);
     let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure(&report, "photon-splatting", name));
     assert!(counts[0] > 5_000.0 && counts[0] + counts[1] + counts[2] == counts[3], "{counts:?}");
-    let means = report["means"].as_array().unwrap();
-    assert!(means.len() == 8 && means.iter().any(|mean| mean["frames"] == 4), "{means:?}");
-    assert!(said.contains("## Means of frames"), "{said}");
-    assert!(folder.path().join("first/photon-splatting-4-frames.png").is_file());
 }
 
 #[test]
