@@ -49,6 +49,9 @@ const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
 /// Rays start from screen probes (`probes/`) instead of pixels.
 pub(super) const PROBES: Feature = Feature::new("probes");
 
+/// Rays start from pixels or from screen probes, as the parameters say.
+const ANY_SOURCE: Feature = Feature::new("any_source");
+
 /// Number of lights up to which a shaded hit weighs all of them, so that its choice adds little noise: `MOST_WEIGHED`
 /// of `hit_radiance.wesl`.
 const MOST_WEIGHED: u32 = 16;
@@ -57,8 +60,8 @@ const MOST_WEIGHED: u32 = 16;
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::computed("indirect/sampled/trace", || of_each_source(every_tracer(true))),
-        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]], &[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
-        Root::computed("indirect/sampled/shadow", || of_each_source(exact_in_scenes())),
+        Root::of("indirect/sampled/shade", &[&[&[ANY_SOURCE]], &[&[], &[ENVIRONMENT]], &[&[], &[IN_LEVELS]]]),
+        Root::computed("indirect/sampled/shadow", || with_feature(ANY_SOURCE, exact_in_scenes())),
         Root::computed("indirect/sampled/emitters", exact_in_scenes),
         Root::of("indirect/sampled/find_entries", &[&[&[], &[GLOSSY_RAYS], &[PROBES]], &[&[], &[IN_LEVELS]]]),
         Root::of("indirect/sampled/insert_entries", &[&[&[], &[PROBES]], &[&[], &[IN_LEVELS]]]),
@@ -74,8 +77,11 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 
 /// Each set of features, for pixels and for probes.
 fn of_each_source(variants: Vec<Vec<Feature>>) -> Vec<Vec<Feature>> {
-    let of_probes: Vec<_> = variants.iter().map(|variant| [&[PROBES], variant.as_slice()].concat()).collect();
-    [variants, of_probes].concat()
+    [variants.clone(), with_feature(PROBES, variants)].concat()
+}
+
+fn with_feature(feature: Feature, variants: Vec<Vec<Feature>>) -> Vec<Vec<Feature>> {
+    variants.into_iter().map(|variant| [&[feature], variant.as_slice()].concat()).collect()
 }
 
 gpu_struct! {
@@ -95,6 +101,8 @@ gpu_struct! {
         first_end: u32,
         /// Rays per pixel to emissive triangles; 0 if nothing is emissive, or if direct light samples them.
         emitter_rays: u32,
+        /// 1: the sources are screen probes; read by passes with `ANY_SOURCE`.
+        of_probes: u32,
         /// 1: the radiance cache lights hits.
         has_entries: u32,
         /// Rays vote for one of so many existing entries, less 1; a power of two less 1: `is_voted_for` of the cache.
@@ -116,6 +124,8 @@ gpu_struct! {
         /// Roughness below which surfaces have glossy rays, in the division of emission between direct light, which
         /// samples it, and rays of indirect light; below 0: it is not divided.
         emission_roughness: f32,
+        /// Unused.
+        _pad: u32,
     }
 }
 

@@ -4,19 +4,20 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, faulty_software, uniform_buffer_of};
 
 use super::{
-    DECLARED, GLOSSY_RAYS, HitLight, SampleSlots, Sampled, SampledParameters,
+    ANY_SOURCE, DECLARED, GLOSSY_RAYS, HitLight, SampleSlots, Sampled, SampledParameters,
     entries::{CachedFrame, EntryPasses, SHADE, SHADOW},
     sample_order,
     targets::Targets,
 };
 use crate::{
     context::ViewContext,
-    denoise::Counters,
+    denoise::{Counters, smoothing::SmoothingParameters},
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
     rays::{SceneKernel, TracePass, Tracer},
     settings::Settings,
+    texture::frame_layers,
 };
 
 /// The rays of a grid of sources: pixels, or screen probes.
@@ -66,26 +67,26 @@ impl RayPasses {
         let is_of_pixels = of_source.is_empty();
         let folder = if is_of_pixels { "indirect" } else { "indirect/probes" };
         let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
-        let kernel = |module: &str, features: &[Feature]| {
-            let shader = DECLARED.link(&format!("indirect/sampled/{module}"), &[of_source, features].concat())?;
+        let kernel = |module: &str, folder: &str, features: &[&[Feature]]| {
+            let shader = DECLARED.link(&format!("indirect/sampled/{module}"), &features.concat())?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, module, &format!("{folder}/{module}")))
         };
-        let exact = [of_source, &exact.features(structure, true)].concat();
-        let of_scene = |entry: &'static str| {
-            let (module, label) = (format!("indirect/sampled/{entry}"), format!("{folder}/{entry}"));
-            SceneKernel::new(device, DECLARED, &module, &exact, entry, &label)
+        let of_scene = |entry: &'static str, of_source: &[Feature]| {
+            let features = [of_source, &exact.features(structure, true)].concat();
+            let module = format!("indirect/sampled/{entry}");
+            SceneKernel::new(device, DECLARED, &module, &features, entry, &format!("indirect/{entry}"))
         };
         let of_ids = traced.features_of_ids();
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
-            trace: TracePass::new(traced, structure, kernel("trace", &traced.features(structure, true))?),
+            trace: TracePass::new(traced, structure, kernel("trace", folder, &[of_source, &traced.features(structure, true)])?),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
-            shade: kernel("shade", of_ids)?,
-            shade_environment: kernel("shade", &[&[ENVIRONMENT], of_ids].concat())?,
-            shadow: of_scene("shadow")?,
+            shade: kernel("shade", "indirect", &[&[ANY_SOURCE], of_ids])?,
+            shade_environment: kernel("shade", "indirect", &[&[ANY_SOURCE, ENVIRONMENT], of_ids])?,
+            shadow: of_scene("shadow", &[ANY_SOURCE])?,
             shades_many: !is_of_pixels,
             emitters: match is_of_pixels && settings.shares_emission().is_none() {
-                true => Some(of_scene("emitters")?),
+                true => Some(of_scene("emitters", &[])?),
                 false => None,
             },
             entries: match sampled.hit_light {
@@ -115,7 +116,14 @@ impl RayPasses {
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
         let parameters = entries.as_ref().map_or(grid.parameters, |entries| entries.parameters(grid.parameters));
         let of_frame = frame.uniform(&parameters);
-        let frame_bindings = scene.bindings().with(&surfaces).with(&grid.bindings).part("sampled", &of_frame);
+        // What belongs to the other kind of sources is bound, and not read.
+        let unread = frame.uniform(&SmoothingParameters::default());
+        let texels = [1, 2].map(|layers| {
+            frame_layers(frame, "indirect/unread", UVec2::ONE, wgpu::TextureFormat::R32Uint, layers)
+        });
+        let sources = Bindings::new().part("smoothing", &unread).texture("probe_pixels", &texels[0]);
+        let sources = sources.texture("probe_rays", &texels[1]).with(&grid.bindings);
+        let frame_bindings = scene.bindings().with(&surfaces).with(&sources).part("sampled", &of_frame);
         if scene.environment.is_some() {
             check_driver(&frame.device.adapter_info())?;
         }

@@ -149,6 +149,7 @@ impl ProbeLight {
             self.guide.aim(frame, view_context, surface, found.probes, (&parameters, &uniform), &self.spots.listed);
         let (emitter_rays, emission_roughness) = self.light.emission(scene);
         let of_rays = SampledParameters {
+            of_probes: 1,
             emitter_rays,
             emission_roughness,
             first_points: UVec2::splat(view.random_index).wrapping_mul(UVec2::new(rays, 1)),
