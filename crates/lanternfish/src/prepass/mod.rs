@@ -20,7 +20,7 @@ use self::motion::MOTION_FORMAT;
 pub use self::motion::{Motion, ViewMotion};
 pub(crate) use self::{
     given::GivenSurfaces,
-    motion::{FrameBefore, MOTION, PreviousFrame, ShownViews},
+    motion::{FrameBefore, MOTION, PLACES_FORMAT, PreviousFrame, ShownViews},
 };
 
 /// Format of depth; the float precision suits reverse-Z.

@@ -30,7 +30,7 @@ gpu_struct! {
 }
 
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where there is no surface.
-const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+pub(crate) const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// The last views of a renderer's frames. The previous frame is the last one recorded with the view, complete or not.
 #[derive(Debug, Default)]

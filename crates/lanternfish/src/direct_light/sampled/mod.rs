@@ -10,7 +10,7 @@ mod filters;
 mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
 use self::filters::{Filters, RatioFilter, ratios_target};
@@ -21,19 +21,19 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     parameters,
-    prepass::Surface,
+    prepass::{PLACES_FORMAT, Surface, ViewMotion},
     rays::{self, SceneKernel, Tracer},
     settings::{History, Settings},
     shaders::{Root, Shaders},
     technique::{Parameter, Range, Technique},
-    texture::size_of_view,
+    texture::{frame_layers, size_of_view},
 };
 
 /// Emissive triangles are sampled too.
 pub(crate) const EMISSION: Feature = Feature::new("emission");
 /// Pixels remember which emitters they saw.
 const REMEMBERED: Feature = Feature::new("remembered");
-/// What pixels remember, and ratios, are found along surfaces in motion.
+/// Ratios are found along surfaces in motion.
 const REPROJECTED: Feature = Feature::new("reprojected");
 
 /// The shaders of this folder.
@@ -171,7 +171,7 @@ fn features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
 fn variants() -> Vec<Vec<Feature>> {
     let rays = rays::exact_in_scenes().into_iter().map(|tracer| [&[SHADOW_RAYS], &tracer[..]].concat());
     let shadows: Vec<Vec<Feature>> = std::iter::once(Vec::new()).chain(rays).collect();
-    let memories: [&[Feature]; 3] = [&[], &[REMEMBERED], &[REMEMBERED, REPROJECTED]];
+    let memories: [&[Feature]; 2] = [&[], &[REMEMBERED]];
     let memories = memories.iter().flat_map(|memory| [memory.to_vec(), [&[EMISSION], *memory].concat()]);
     memories.flat_map(|of| shadows.iter().map(move |shadows| [&of[..], shadows].concat()).collect::<Vec<_>>()).collect()
 }
@@ -205,7 +205,6 @@ impl SampledPasses {
         let mut features = features(settings, tracer);
         features.extend(settings.shares_emission().map(|_| EMISSION));
         features.extend(is_filtered.then_some(REMEMBERED));
-        features.extend((is_filtered && has_history).then_some(REPROJECTED));
         let (module, label) = ("direct_light/sampled/trace", "direct_light/trace");
         Ok(Self {
             least_in_reach: None,
@@ -261,16 +260,24 @@ impl DirectPasses for SampledPasses {
         let mut samples = self.samples(view);
         let left = self.filters.as_mut().map(|filters| filters.follow(frame, view, surface)).transpose()?;
         if let Some((left, is_next)) = &left {
-            samples.remembers = u32::from(*is_next);
-            samples.rests = u32::from(view.view.frame_index > 0);
+            let places = surface.motion.as_ref().and_then(|motion| motion.places.as_ref());
+            let rests = view.view.frame_index > 0;
+            samples.remembers = u32::from(*is_next && (rests || places.is_some()));
+            samples.rests = u32::from(rests);
             samples.size_before = size_of_view(&left.memory.before);
         }
         let samples = frame.uniform(&samples);
         let (unshadowed, found) = (layers_target(frame, surface.size), ratios_target(frame, surface.size));
         let counters = Counters::new(frame, "direct_light/counters", 1, &["shadows/rays", "direct_light/listed"])?;
-        let bindings =
-            buffer.bindings().with(&scene.bindings()).with(&surface.bindings()).part("direct_sampling", &samples);
+        // Where no motion is known, this is bound, and not read: surfaces of every kind share a pipeline.
+        let formats = [PLACES_FORMAT, PLACES_FORMAT, wgpu::TextureFormat::Rgba16Float];
+        let unread = formats.map(|format| frame_layers(frame, "direct_light/unread", UVec2::ONE, format, 1));
+        let still = frame.uniform(&ViewMotion::default());
+        let bindings = Bindings::new().texture("kept_places", &unread[0]).texture("places_to_keep", &unread[1]);
+        let bindings = bindings.texture("motion_texture", &unread[2]).part("view_motion", &still);
+        let bindings = bindings.with(&buffer.bindings()).with(&scene.bindings()).with(&surface.bindings());
         let mut bindings = bindings
+            .part("direct_sampling", &samples)
             .texture("filtered", &unshadowed)
             .texture("light_ratios", &found)
             .buffer("direct_counters", counters.buffer());
