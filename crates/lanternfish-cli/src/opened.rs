@@ -1,6 +1,6 @@
 //! A shot that is shown and changed: what a window and a browser's page open.
 
-use lanternfish::settings::{Exposure, History, Settings};
+use lanternfish::settings::{Exposure, History, Preset, Settings};
 use lanternfish_scene::{Camera, Scene, generate::Rain, motion::Moment};
 
 use crate::{
@@ -46,17 +46,22 @@ impl Loaded {
     }
 }
 
-/// A shot's settings for interactive frames: with temporal accumulation and `direct auto`, unless the shot or its preset sets them, and with the multisampling of
-/// single frames, because frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
+/// A shot's settings for interactive frames: those of `quality realtime` unless it gives another, or a paper; with the
+/// history and `direct auto` unless it or its preset sets them; and with the multisampling of single frames, because
+/// frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
 pub fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
-    let samples = shot.args.settings_of(1).image.samples;
-    let mut settings = shot.args.settings().with_samples(samples);
-    paper::for_moving(shot.args.paper, &mut settings);
+    let mut args = shot.args.clone();
+    if !shot.gives("quality") && args.paper.is_none() {
+        args.quality = Preset::Realtime;
+    }
+    let samples = args.settings_of(1).image.samples;
+    let mut settings = args.settings().with_samples(samples);
+    paper::for_moving(args.paper, &mut settings);
     if !shot.gives("history") {
         settings.history = History::On;
     }
     if settings.direct.is_none() && !shot.gives("direct") {
-        settings.direct = shot.args.automatic_direct();
+        settings.direct = args.automatic_direct();
     }
     exposed(settings, exposure)
 }

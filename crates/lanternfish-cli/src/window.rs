@@ -33,6 +33,7 @@ Examples:
   lanternfish view scene.glb --record walk.toml
   lanternfish view scene.glb --stereo parallel
 
+Frames are those of --quality realtime unless another is given; while the camera rests, their mean.
 W A S D fly, dragging looks around, V shows the camera and its clusters from above, F1 lists all
 keys. A file that is dropped on the window is opened. `lanternfish render walk.toml --frames A-B`
 renders a recorded flight.
@@ -196,7 +197,7 @@ mod tests {
         std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
         assert!(dropped(&scene).unwrap().1.settings.is_none());
         // Frames are shown alone, whatever the shot's accumulation.
-        std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n").unwrap();
+        std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\nquality = \"good\"\n").unwrap();
         assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().image.samples, lanternfish::settings::Samples::Four);
         // The studio is an environment, which direct light alone does not see: the sun instead, not a black object.
         let lit_by = |words: &str| {

@@ -10,7 +10,7 @@ named_enum! {
     #[derive(Default)]
     Preset {
         /// Single images that are seen soon.
-        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH; sampled direct light",
+        Draft = "draft": "Screen probes: about one ray per pixel, through the BVH; one to four shadow rays",
         /// Single images: the default.
         #[default]
         Good = "good": "8 diffuse and 4 glossy rays per pixel, 16 and 4 in an image's first frame, through the BVH",
@@ -18,7 +18,7 @@ named_enum! {
         Best = "best": "64 diffuse and 16 glossy rays per pixel, through the BVH, and 128 samples per cache entry",
         /// Frames of a moving view: draft, accumulation over frames, temporal antialiasing. Its first frame is a noisy
         /// draft.
-        Realtime = "realtime": "For moving views: draft, 4 shadow rays per pixel, history, temporal antialiasing",
+        Realtime = "realtime": "For moving views, and in windows: draft, history, temporal antialiasing",
     }
 }
 

@@ -9,7 +9,8 @@ use crate::{
     settings::{Attenuation, Exposure, ImageSettings},
     techniques::{Denoise, LightSamples, SampledLights},
     testing::{
-        light::{floor, image_of, looking, matt},
+        counted,
+        light::{floor, image_of, looking, matt, rendered},
         quad,
     },
 };
@@ -144,4 +145,23 @@ fn gpu_a_mean_of_sampled_light_keeps_the_light_beside_lamps(gpu: &Gpu) {
         println!("{denoise:?}: hottest hundredth {:.4}, all {:.4}", ratios[0], ratios[1]);
         assert!(ratios.iter().all(|ratio| (least..=2.0 - least).contains(ratio)), "{denoise:?}: {ratios:?}");
     }
+}
+
+/// Two hundred faint quads beside a lamp: their part of the list is their part of the light. Alone they have all of it.
+#[gpu_test]
+fn gpu_faint_triangles_leave_the_list_to_lights(gpu: &Gpu) {
+    let mut scene = floor(matt(0.5));
+    scene.materials.push(Material { emissive: Vec3::splat(0.01), ..matt(0.0) });
+    for i in 0..200 {
+        let center = Vec3::new((i % 20) as f32 / 10.0 - 1.0, 1.0, (i / 20) as f32 / 5.0 - 1.0);
+        scene.meshes[0].primitives.push(quad(1, center, 0.02 * Vec3::X, 0.02 * Vec3::Z));
+    }
+    let listed = |scene: &Scene| {
+        let (settings, camera) = (sampled(Denoise::On), looking([0.0, 0.6, 0.3], [0.0, 0.0, 0.0]));
+        let image = rendered(gpu, SIZE, settings, scene, &camera);
+        counted(&image, "direct_light/listed") / u64::from(SIZE.x * SIZE.y)
+    };
+    assert!((200..=256).contains(&listed(&scene)), "{}", listed(&scene));
+    scene.lights = vec![Light::point(0.8 * Vec3::Y, Vec3::splat(100.0))];
+    assert!(listed(&scene) <= 33, "{}", listed(&scene));
 }
