@@ -15,10 +15,7 @@ use std::{ffi::OsString, path::PathBuf};
 
 use clap::{ArgAction, Args, Command, FromArgMatches as _};
 use glam::{Affine3A, Vec3};
-use lanternfish::{
-    direct_light::auto::AutoLights,
-    settings::{Direct, GivenSettings, Preset, Settings},
-};
+use lanternfish::settings::{Direct, GivenSettings, Preset, Settings};
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Camera, Eyes, Viewpoint, generate::DEMOS};
 
@@ -413,9 +410,9 @@ impl RenderArgs {
         settings.with_accumulate(frames)
     }
 
-    /// The technique that follows the number of lights, with the parameters of these flags.
-    pub fn automatic_direct(&self) -> Direct {
-        let mut settings = Settings::default().with_direct(AutoLights::default());
+    /// Sampled direct light, with the parameters of these flags.
+    pub fn sampled_direct(&self) -> Direct {
+        let mut settings = Settings::default().with_direct(Direct::sampled());
         self.given().set(&mut settings);
         settings.direct
     }

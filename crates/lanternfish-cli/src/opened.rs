@@ -47,7 +47,7 @@ impl Loaded {
 }
 
 /// A shot's settings for interactive frames: those of `quality realtime` unless it gives another, or a paper; with the
-/// history and `direct auto` unless it or its preset sets them; and with the multisampling of single frames, because
+/// history and sampled direct light unless it or its preset sets them; and with the multisampling of single frames, because
 /// frames are shown alone while the view moves. `exposure`: the automatic one, EV, if it is not metered.
 pub fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
     let mut args = shot.args.clone();
@@ -61,7 +61,7 @@ pub fn in_window(shot: &Shot, exposure: Option<f32>) -> Settings {
         settings.history = History::On;
     }
     if settings.direct.is_none() && !shot.gives("direct") {
-        settings.direct = args.automatic_direct();
+        settings.direct = args.sampled_direct();
     }
     exposed(settings, exposure)
 }

@@ -88,7 +88,7 @@ impl Passes {
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
-        let is_sampled = self.direct.as_mut().is_some_and(|direct| direct.lights(context.scene));
+        let is_sampled = self.direct.is_some();
         let mut lists = |frame: &mut Frame<'_>, is_needed, reach| match is_needed {
             true => Ok(self.light_culling.record(frame, &views, reach, set)?.into_iter().map(Some).collect()),
             false => Ok::<Vec<_>, RenderError>(views.iter().map(|_| None).collect()),
@@ -103,7 +103,7 @@ impl Passes {
                 view.structures.push((settings.clone(), structure.get(frame, view.scene, view.rotation)?));
             }
         }
-        let arriving = self.arriving(frame, &views, is_sampled)?;
+        let arriving = self.arriving(frame, &views)?;
         // Then each view alone.
         let mut results = Vec::with_capacity(views.len());
         for (slot, (((view, lights), transparent_lights), arriving)) in
@@ -223,22 +223,16 @@ impl Passes {
 
     /// Sampled direct light, and light from other surfaces and the environment, at the surface at each pixel's centre
     /// of every view, as far as the settings request it.
-    fn arriving(
-        &mut self,
-        frame: &mut Frame<'_>,
-        views: &[ViewContext<'_>],
-        is_sampled: bool,
-    ) -> Result<Vec<Arriving>, RenderError> {
+    fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
             let surface = view.center_surface.clone();
             let occlusion = self.occlusion.as_mut();
             let ambient_visibility = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();
             let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
-            let direct = self.direct.as_mut().filter(|_| is_sampled);
-            let direct = direct.map(|direct| direct.record(frame, view, &surface)).transpose()?;
+            let direct = self.direct.as_mut().map(|direct| direct.record(frame, view, &surface)).transpose()?;
             let is_coated = view.draws.solid.iter().any(|draw| draw.lobes == Lobes::Coated);
-            let coat = if is_coated { self.coats.record(frame, view, false, None)?.map(Box::new) } else { None };
+            let coat = if is_coated { self.coats.record(frame, view, None)?.map(Box::new) } else { None };
             Ok(Arriving { surface, ambient_visibility, indirect, direct, coat, second: None })
         };
         views.iter().map(&mut of_view).collect()

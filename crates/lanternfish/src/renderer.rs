@@ -335,10 +335,6 @@ impl Renderer {
             counters.push(("light_culling/listed_lights".to_owned(), lights.listed));
             counters.extend(lights.counters.iter().map(|(name, count)| ((*name).to_owned(), *count)));
         }
-        if let Some(in_reach) = self.passes.direct.as_ref().and_then(|direct| direct.lights_in_reach()) {
-            counters.push(("direct_light/lights_in_reach".to_owned(), in_reach.round() as u64));
-            counters.push(("direct_light/is_sampled".to_owned(), u64::from(shaded.direct.is_some())));
-        }
         if let Some(direct) = &shaded.direct {
             let counts = direct.counters.read(&self.device, &self.queue)?;
             counters.extend(counts.into_iter().map(|(name, count)| (name.to_owned(), count)));

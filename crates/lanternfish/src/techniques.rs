@@ -2,7 +2,6 @@
 
 pub use crate::{
     denoise::{IndirectClamp, IndirectResolution},
-    direct_light::auto::AutoLights,
     direct_light::sampled::{Denoise, LightSamples, SampledLights},
     indirect::{
         radiance_cache::Bounces,
@@ -87,8 +86,7 @@ impl Kind for dyn DirectTechnique {
     }
 
     fn registry() -> &'static Registry<Self> {
-        static REGISTRY: Registry<dyn DirectTechnique> =
-            Registry::new(|| vec![SampledLights::default().into(), AutoLights::default().into()]);
+        static REGISTRY: Registry<dyn DirectTechnique> = Registry::new(|| vec![SampledLights::default().into()]);
         &REGISTRY
     }
 }

@@ -19,7 +19,7 @@ use glam::Vec3;
 use lanternfish::{
     Aovs, GpuScene, RenderedImage, Renderer,
     debug_views::Scale,
-    direct_light::auto::lights_in_reach,
+    direct_light::reach::lights_in_reach,
     settings::{Background, DebugView, Exposure, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::{Engine, Gpu, driver_warning};

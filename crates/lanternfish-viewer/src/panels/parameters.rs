@@ -3,7 +3,6 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
-    direct_light::auto::AutoLights,
     settings::Preset,
     technique::{Choice, Kind, ParameterInfo, Range},
 };
@@ -42,7 +41,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
 }
 
 /// Draws the presets of `--quality`: a click sets indirect light and antialiasing; for moving views, the history and
-/// sampled direct light. The other presets leave both to the window, whose direct light follows the number of lights.
+/// sampled direct light. The other presets leave both.
 fn presets(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
         ui.label("quality").on_hover_text("Presets, as --quality of the command line");
@@ -54,8 +53,6 @@ fn presets(ui: &mut Ui, settings: &mut Settings) {
             (set.image.antialiasing, set.image.samples) = (of_preset.image.antialiasing, of_preset.image.samples);
             if *preset == Preset::Realtime {
                 (set.direct, set.history) = (realtime.direct.clone(), realtime.history);
-            } else if set.direct == realtime.direct {
-                set.direct = AutoLights::default().into();
             }
             if ui.selectable_label(*settings == set, preset.name()).on_hover_text(preset.help()).clicked() {
                 *settings = set;

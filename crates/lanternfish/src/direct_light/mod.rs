@@ -4,7 +4,7 @@
 //! each ([`crate::shadows`]) and sums them while it shades. Every other technique writes demodulated light, which
 //! shading reads through `layers.wesl`: [`sampled`].
 
-pub mod auto;
+pub mod reach;
 pub mod sampled;
 
 use std::fmt;
@@ -15,7 +15,7 @@ use crate::{
     context::ViewContext,
     denoise::counters::Counters,
     error::RenderError,
-    gpu_scene::{GpuScene, Parts},
+    gpu_scene::Parts,
     prepass::Surface,
     rays::Tracer,
     settings::Settings,
@@ -58,17 +58,6 @@ pub trait DirectTechnique: AnyTechnique {
 
 /// The passes of a technique.
 pub trait DirectPasses: Send + fmt::Debug {
-    /// Whether the technique lights frames of this scene; otherwise shading evaluates every listed light.
-    fn lights(&mut self, _scene: &GpuScene) -> bool {
-        true
-    }
-
-    /// Mean number of lights in reach of a point, for a technique that decides by it in [`Self::lights`]; otherwise
-    /// `None`.
-    fn lights_in_reach(&self) -> Option<f32> {
-        None
-    }
-
     /// Records the passes that compute the direct light of a view's surface, one sample per pixel.
     fn record(
         &mut self,

@@ -148,8 +148,10 @@ impl Passes {
         if draws.is_empty() {
             return Ok(());
         }
+        // Debug views have lists beside samples.
+        let lights = lights.filter(|_| self.direct.is_none());
         let direct = lights.map_or(DirectFrom::Samples, DirectFrom::Lists);
-        let arriving = self.other_sides.record(frame, view, lights.is_none(), None)?;
+        let arriving = self.other_sides.record(frame, view, None)?;
         self.forward.record_from_behind(frame, view, direct, arriving.as_ref(), radiance, &draws)
     }
 
@@ -164,10 +166,10 @@ impl Passes {
         if view.draws.transparent.is_empty() {
             return Ok(None);
         }
-        let mut nearest = self.nearest_transparent.record(frame, view, lights.is_none(), None)?;
+        let mut nearest = self.nearest_transparent.record(frame, view, None)?;
         if let (None, Some(nearest)) = (lights, &mut nearest) {
             let depth = Some(&nearest.surface.depth);
-            nearest.second = self.second_transparent.record(frame, view, true, depth)?.map(Box::new);
+            nearest.second = self.second_transparent.record(frame, view, depth)?.map(Box::new);
         }
         let direct = lights.map_or(DirectFrom::Samples, DirectFrom::Lists);
         self.forward.record_transparent(frame, view, direct, nearest.as_ref(), radiance)?;

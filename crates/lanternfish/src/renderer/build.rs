@@ -151,7 +151,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     };
     let anisotropy = anisotropy(settings.materials.anisotropy, &device.adapter_info());
     let needs = SceneRequirements::new(shading(&settings), settings.light_storage(), parts, texture_arrays, anisotropy);
-    let lit = [false, true].map(|is_sampled| shading::features(&settings, tracer, is_sampled));
+    let lit = shading::features(&settings, tracer, settings.direct.is_some());
     let drawn = (needs_normals, needs_motion, one_sample, settings.image.samples, hides_environment, lit);
     let compiled = Compiled { requested: Requested::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })

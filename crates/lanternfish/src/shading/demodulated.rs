@@ -25,8 +25,9 @@ pub(crate) struct DemodulatedLight {
     pub prepass: Prepass,
     /// For views with the caller's G-buffer.
     pub given: GivenSurfaces,
-    /// With listed lights, and with samples.
-    features: [Vec<Feature>; 2],
+    features: Vec<Feature>,
+    /// True if a technique samples direct light.
+    is_sampled: bool,
     /// True if scenes with panes use the `panes` variant.
     sees_panes: bool,
     /// The pipelines, by their features.
@@ -55,7 +56,8 @@ impl DemodulatedLight {
         Self {
             prepass: Prepass::new(true, 1),
             given: GivenSurfaces::default(),
-            features: [false, true].map(|is_sampled| demodulated_features(settings, tracer, is_sampled)),
+            features: demodulated_features(settings, tracer, settings.direct.is_some()),
+            is_sampled: settings.direct.is_some(),
             sees_panes: tracer.is_some_and(|tracer| shadows::sees_panes(settings, tracer)),
             pipelines: HashMap::new(),
         }
@@ -79,10 +81,9 @@ impl DemodulatedLight {
         visibility: Option<&Visibility<'_>>,
         irradiance: &Sums,
     ) -> Result<(), RenderError> {
-        let is_sampled = matches!(direct, DirectFrom::Samples);
-        let mut features = self.features[usize::from(is_sampled)].clone();
-        features.extend((scene.has_area_lights && !is_sampled).then_some(AREA_LIGHTS));
-        features.extend((scene.has_panes() && self.sees_panes && !is_sampled).then_some(PANES));
+        let mut features = self.features.clone();
+        features.extend((scene.has_area_lights && !self.is_sampled).then_some(AREA_LIGHTS));
+        features.extend((scene.has_panes() && self.sees_panes && !self.is_sampled).then_some(PANES));
         let pipeline = match self.pipelines.entry(features) {
             Entry::Occupied(pipeline) => pipeline.into_mut(),
             Entry::Vacant(none) => {

@@ -41,7 +41,6 @@ enum Kind {
 #[derive(Debug)]
 struct Passes {
     prepass: Prepass,
-    /// Compiled for the first scene whose direct light is sampled.
     direct: Option<Box<dyn DirectPasses>>,
     occlusion: Option<Box<dyn OcclusionPasses>>,
     indirect: Option<Box<dyn IndirectPasses>>,
@@ -85,13 +84,11 @@ impl ExtraSurface {
         Self { kind, settings, tracer, passes: None }
     }
 
-    /// Computes the light at these surfaces of a view; nothing if there is none. `is_sampled`: a technique samples
-    /// their direct light. `nearest`: depth of the nearest transparent surface, for the second one.
+    /// Computes the light at these surfaces of a view; nothing if there is none. `nearest`: depth of the nearest transparent surface, for the second one.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        is_sampled: bool,
         nearest: Option<&wgpu::TextureView>,
     ) -> Result<Option<Arriving>, RenderError> {
         let is_second = self.kind == Kind::SecondTransparent;
@@ -104,7 +101,10 @@ impl ExtraSurface {
                     Kind::Coat => Prepass::of_coats(),
                     Kind::OtherSide => Prepass::of_other_sides(),
                 },
-                direct: None,
+                direct: match self.settings.direct.technique() {
+                    Some(technique) => Some(technique.build(frame.device, &self.settings, self.tracer)?),
+                    None => None,
+                },
                 // Rays of indirect light may reach the environment themselves.
                 occlusion: match self.settings.indirect.sees_environment() || is_second {
                     false => occlusion::passes(frame.device, &self.settings)?,
@@ -116,7 +116,7 @@ impl ExtraSurface {
                 },
             }),
         };
-        if !is_sampled && occlusion.is_none() && indirect.is_none() {
+        if direct.is_none() && occlusion.is_none() && indirect.is_none() {
             return Ok(None);
         }
         let ViewContext { scene, buffer, draws, center_surface, .. } = view;
@@ -129,11 +129,7 @@ impl ExtraSurface {
         let surface = prepass.record_some(frame, scene, buffer, center_surface, &drawn, nearest)?;
         let ambient_visibility = occlusion.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         let indirect = indirect.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
-        if let (true, None, Some(technique)) = (is_sampled, &direct, self.settings.direct.technique()) {
-            *direct = Some(technique.build(frame.device, &self.settings, self.tracer)?);
-        }
-        let direct = direct.as_mut().filter(|_| is_sampled);
-        let direct = direct.map(|passes| passes.record(frame, view, &surface)).transpose()?;
+        let direct = direct.as_mut().map(|passes| passes.record(frame, view, &surface)).transpose()?;
         Ok(Some(Arriving { surface, ambient_visibility, indirect, direct, coat: None, second: None }))
     }
 }

@@ -63,25 +63,16 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 /// The passes that shade opaque and transparent surfaces.
 #[derive(Debug)]
 pub(crate) struct Forward {
-    /// Lit by all listed lights.
-    listed: LitPasses,
-    /// Lit by a technique that samples direct light.
-    sampled: LitPasses,
+    opaque: SceneRaster,
+    transparent: SceneRaster,
+    /// Light from behind opaque surfaces, added to theirs.
+    from_behind: SceneRaster,
     /// Multiplies the image by the transmittance of smooth thin surfaces.
     dim: SceneRaster,
     /// Replaces the image by what is behind other transmitting surfaces.
     refraction: Refraction,
     samples: u32,
     hides_environment: bool,
-}
-
-/// The passes that light surfaces.
-#[derive(Debug)]
-struct LitPasses {
-    opaque: SceneRaster,
-    transparent: SceneRaster,
-    /// Light from behind opaque surfaces, added to theirs.
-    from_behind: SceneRaster,
 }
 
 /// Direct light of a view's surfaces.
@@ -158,28 +149,25 @@ impl Forward {
         };
         let equal = depth(wgpu::CompareFunction::Equal);
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
-        let lit = |is_sampled: bool| {
-            let [opaque, transparent] = features(settings, tracer, is_sampled);
-            let from_behind = [&transparent[..], &[FROM_BEHIND]].concat();
-            let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
-                let state = PassState { depth: depth.clone(), targets: vec![target], samples, faces: Faces::Shown };
-                let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
-                let raster = raster.with_layers();
-                let raster = if is_sampled { raster } else { raster.lit_by_areas() };
-                let sees_panes = tracer.is_some_and(|tracer| !is_opaque || shadows::sees_panes(settings, tracer));
-                if sees_panes && !is_sampled { raster.lit_through_panes() } else { raster }
-            };
-            LitPasses {
-                opaque: raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into()),
-                transparent: raster("shading/transparent", &transparent, false, &nearer, over.clone()),
-                from_behind: raster("shading/from_behind", &from_behind, false, &equal, added.clone()),
-            }
+        let is_sampled = settings.direct.is_some();
+        let [opaque, transparent] = features(settings, tracer, is_sampled);
+        let from_behind = [&transparent[..], &[FROM_BEHIND]].concat();
+        let raster = |label, features: &[Feature], is_opaque, depth: &wgpu::DepthStencilState, target| {
+            let state = PassState { depth: depth.clone(), targets: vec![target], samples, faces: Faces::Shown };
+            let raster = SceneRaster::new(label, DECLARED, "shading/forward", features, is_opaque, state);
+            let raster = raster.with_layers();
+            let raster = if is_sampled { raster } else { raster.lit_by_areas() };
+            let sees_panes = tracer.is_some_and(|tracer| !is_opaque || shadows::sees_panes(settings, tracer));
+            if sees_panes && !is_sampled { raster.lit_through_panes() } else { raster }
         };
+        let opaque = raster("shading/forward", &opaque, true, &equal, RADIANCE_FORMAT.into());
+        let transparent = raster("shading/transparent", &transparent, false, &nearer, over);
+        let from_behind = raster("shading/from_behind", &from_behind, false, &equal, added);
         let through = PassState { depth: nearer.clone(), targets: vec![multiplied], samples, faces: Faces::Shown };
         let refraction = Refraction::new(&through, hides_environment);
         let dim = SceneRaster::new("shading/transparent", DECLARED, "shading/dim", &[TRANSPARENT], false, through)
             .with_layers();
-        Self { listed: lit(false), sampled: lit(true), dim, refraction, samples, hides_environment }
+        Self { opaque, transparent, from_behind, dim, refraction, samples, hides_environment }
     }
 
     /// The target of one view's image.
@@ -201,11 +189,7 @@ impl Forward {
         &Shadowing { visibility, fractions }: &Shadowing<'_>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
-        let opaque = match direct {
-            DirectFrom::Lists(_) => &mut self.listed.opaque,
-            DirectFrom::Samples => &mut self.sampled.opaque,
-        };
-        opaque.prepare(frame.device, scene, &draws.solid)?;
+        self.opaque.prepare(frame.device, scene, &draws.solid)?;
         let arriving_bindings = arriving.bindings();
         let direct_bindings = direct.bindings();
         let mut bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings).with(&arriving_bindings);
@@ -226,7 +210,7 @@ impl Forward {
             if samples == 1 {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
-            opaque.draw(groups, pass, scene, &bindings, &draws.solid);
+            self.opaque.draw(groups, pass, scene, &bindings, &draws.solid);
         });
         Ok(())
     }
@@ -242,18 +226,14 @@ impl Forward {
         radiance: &Radiance,
         draws: &[&Draw],
     ) -> Result<(), RenderError> {
-        let passes = match direct {
-            DirectFrom::Lists(_) => &mut self.listed,
-            DirectFrom::Samples => &mut self.sampled,
-        };
-        passes.from_behind.prepare(frame.device, scene, draws)?;
+        self.from_behind.prepare(frame.device, scene, draws)?;
         let direct_bindings = direct.bindings();
         let bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings);
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);
         frame.render("shading/from_behind", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
-            passes.from_behind.draw(groups, pass, scene, &bindings, draws);
+            self.from_behind.draw(groups, pass, scene, &bindings, draws);
         });
         Ok(())
     }
@@ -273,11 +253,7 @@ impl Forward {
         let tinting: Vec<&Draw> = draws.transparent.iter().copied().filter(tinting).collect();
         self.dim.prepare(frame.device, scene, &tinting)?;
         let seen = self.refraction.record(frame, view)?;
-        let transparent = match direct {
-            DirectFrom::Lists(_) => &mut self.listed.transparent,
-            DirectFrom::Samples => &mut self.sampled.transparent,
-        };
-        transparent.prepare(frame.device, scene, &draws.transparent)?;
+        self.transparent.prepare(frame.device, scene, &draws.transparent)?;
         let direct_bindings = direct.bindings();
         let bindings = buffer.bindings().with(&scene.bindings()).with(&direct_bindings);
         let arriving_bindings = arriving.map(Arriving::bindings);
@@ -299,7 +275,7 @@ impl Forward {
                         }
                         _ => {}
                     }
-                    transparent.draw(groups, pass, scene, &bindings, run);
+                    self.transparent.draw(groups, pass, scene, &bindings, run);
                 }
             });
         }

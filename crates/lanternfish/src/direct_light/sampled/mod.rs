@@ -14,12 +14,12 @@ use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
 use self::filters::{Filters, RatioFilter, ratios_target};
-use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS, auto::lights_in_reach};
+use super::{DirectLight, DirectPasses, DirectTechnique, SHADOW_RAYS};
 use crate::{
     context::ViewContext,
     denoise::{Counters, layers::layers_target},
     error::RenderError,
-    gpu_scene::{GpuScene, Parts},
+    gpu_scene::Parts,
     parameters,
     prepass::{PLACES_FORMAT, Surface, ViewMotion},
     rays::{self, SceneKernel, Tracer},
@@ -179,10 +179,6 @@ fn variants() -> Vec<Vec<Feature>> {
 /// The passes.
 #[derive(Debug)]
 pub(super) struct SampledPasses {
-    /// Minimum number of lights in reach of a point; with fewer the technique is off. `None`: always on.
-    least_in_reach: Option<f32>,
-    /// The scene whose lights were counted last ([`GpuScene::revision`]), and their number in reach.
-    counted: Option<(u64, f32)>,
     technique: SampledLights,
     /// Least number of frames over which an image is averaged.
     frames: u32,
@@ -207,8 +203,6 @@ impl SampledPasses {
         features.extend(is_filtered.then_some(REMEMBERED));
         let (module, label) = ("direct_light/sampled/trace", "direct_light/trace");
         Ok(Self {
-            least_in_reach: None,
-            counted: None,
             technique,
             frames: settings.image.accumulate,
             trace: SceneKernel::new(device, DECLARED, module, &features, "trace", label)?,
@@ -216,11 +210,6 @@ impl SampledPasses {
             emission_roughness: settings.shares_emission().unwrap_or(-1.0),
             filters: is_filtered.then(|| Filters::new(device, has_history)).transpose()?,
         })
-    }
-
-    /// These passes, active only in scenes with more than this many lights in reach of a point.
-    pub fn beyond(self, lights: f32) -> Self {
-        Self { least_in_reach: Some(lights), ..self }
     }
 
     fn samples(&self, view: &ViewContext<'_>) -> DirectSampling {
@@ -239,17 +228,6 @@ impl SampledPasses {
 }
 
 impl DirectPasses for SampledPasses {
-    fn lights(&mut self, scene: &GpuScene) -> bool {
-        let Some(least) = self.least_in_reach else { return true };
-        let counted = self.counted.filter(|(revision, _)| *revision == scene.revision());
-        let (_, in_reach) = *self.counted.insert(counted.unwrap_or_else(|| (scene.revision(), lights_in_reach(scene))));
-        in_reach > least
-    }
-
-    fn lights_in_reach(&self) -> Option<f32> {
-        self.counted.filter(|_| self.least_in_reach.is_some()).map(|(_, in_reach)| in_reach)
-    }
-
     fn record(
         &mut self,
         frame: &mut Frame<'_>,

@@ -79,7 +79,11 @@ impl RayPasses {
         let of_ids = traced.features_of_ids();
         let of_rays: &[Feature] = if is_of_pixels && sampled.glossy_rays > 0 { &[GLOSSY_RAYS] } else { of_source };
         Ok(Self {
-            trace: TracePass::new(traced, structure, kernel("trace", folder, &[of_source, &traced.features(structure, true)])?),
+            trace: TracePass::new(
+                traced,
+                structure,
+                kernel("trace", folder, &[of_source, &traced.features(structure, true)])?,
+            ),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("shade", "indirect", &[&[ANY_SOURCE], of_ids])?,
             shade_environment: kernel("shade", "indirect", &[&[ANY_SOURCE, ENVIRONMENT], of_ids])?,
@@ -118,9 +122,8 @@ impl RayPasses {
         let of_frame = frame.uniform(&parameters);
         // What belongs to the other kind of sources is bound, and not read.
         let unread = frame.uniform(&SmoothingParameters::default());
-        let texels = [1, 2].map(|layers| {
-            frame_layers(frame, "indirect/unread", UVec2::ONE, wgpu::TextureFormat::R32Uint, layers)
-        });
+        let texels = [1, 2]
+            .map(|layers| frame_layers(frame, "indirect/unread", UVec2::ONE, wgpu::TextureFormat::R32Uint, layers));
         let sources = Bindings::new().part("smoothing", &unread).texture("probe_pixels", &texels[0]);
         let sources = sources.texture("probe_rays", &texels[1]).with(&grid.bindings);
         let frame_bindings = scene.bindings().with(&surfaces).with(&sources).part("sampled", &of_frame);
