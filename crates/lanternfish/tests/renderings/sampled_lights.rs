@@ -249,6 +249,30 @@ fn gpu_lamps_beside_walls_show_no_tiles(gpu: &Gpu) {
     assert!(squares(&tiled, &all) > 2.0, "{}", squares(&tiled, &all));
 }
 
+/// A view that moves: some tiles keep light and others its ratio, and no line shows where these meet.
+#[gpu_test]
+fn gpu_light_and_its_ratios_do_not_mix_in_motion(gpu: &Gpu) {
+    let mut scene = generate::demo("cornell").unwrap();
+    let bounds = Bounds { min: Vec3::new(-0.9, 0.1, -0.9), max: Vec3::new(0.9, 1.9, 0.9) };
+    scene.lights = generate::random_lights(&bounds, 200, 1.0, 7);
+    let history = Settings::direct_light().with_direct(SampledLights::default()).with_history(History::On);
+    let mean = sampled().with_history(History::Off).with_accumulate(32);
+    let [truth, after] = [(mean, 1), (history, 12)].map(|(settings, frames): (Settings, u8)| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let mut frame = |left: u8| {
+            let eye = Vec3::new(0.012 * f32::from(left), 1.0, 3.2);
+            let camera = Camera::look_at(eye, Vec3::Y, scene.cameras[0].projection);
+            renderer.render(&uploaded, &camera, [96, 96]).unwrap()
+        };
+        linear(&(0..frames).rev().map(&mut frame).last().unwrap()).pixels
+    });
+    let shines = |(after, truth): &(&[f32; 3], &[f32; 3])| after[1] > 2.0 * truth[1] + 2.0;
+    let shining = after.iter().zip(&truth).filter(shines).count();
+    // With the mixture 51, without 11: highlights that the view's motion blurs.
+    assert!(shining < 25, "{shining} pixels");
+}
+
 /// Lamps that a box hides outweigh the panel that lights its front: noise is filtered, and no pixel stands apart.
 #[gpu_test]
 fn gpu_light_of_a_panel_among_hidden_lamps_has_no_dots(gpu: &Gpu) {
