@@ -25,9 +25,6 @@ const LARGEST_CYCLE: usize = 6;
 const TECHNIQUES: &[&str] =
     &["direct_light/sampled", "indirect/sampled", "light_culling/clustered", "light_culling/tiled"];
 
-/// Imports of a technique elsewhere: `auto` chooses it.
-const EXCEPTIONS: [&str; 1] = ["direct_light/auto.rs imports direct_light/sampled"];
-
 /// Imports that point up between the library's folders: settings hold techniques, which are built for settings.
 const UP: [(&str, &str); 3] = [("settings", "direct_light"), ("settings", "indirect"), ("settings", "occlusion")];
 
@@ -272,7 +269,7 @@ fn only_the_registration_imports_techniques() {
         imports.contains_key(&("wesl", "light_culling/tiled/host".to_owned())),
         "declarations of Rust for shaders are missing"
     );
-    assert_eq!(outside(&imports, TECHNIQUES), EXCEPTIONS);
+    assert_eq!(outside(&imports, TECHNIQUES), [""; 0]);
 }
 
 #[test]

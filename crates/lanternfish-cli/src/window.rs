@@ -197,7 +197,11 @@ mod tests {
         std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
         assert!(dropped(&scene).unwrap().1.settings.is_none());
         // Frames are shown alone, whatever the shot's accumulation.
-        std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\nquality = \"good\"\n").unwrap();
+        std::fs::write(
+            &shot,
+            "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n[indirect]\nquality = \"good\"\n",
+        )
+        .unwrap();
         assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().image.samples, lanternfish::settings::Samples::Four);
         // The studio is an environment, which direct light alone does not see: the sun instead, not a black object.
         let lit_by = |words: &str| {
